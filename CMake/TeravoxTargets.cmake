@@ -1,0 +1,30 @@
+# SPDX-FileCopyrightText: Teravox contributors
+# SPDX-License-Identifier: BSD-3-Clause
+
+# teravox_own_target(<target>): the flags of all targets that we write ourselves.
+function (teravox_own_target target)
+  target_compile_options(${target} PRIVATE
+    -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)
+  if (TERAVOX_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif ()
+  if (TERAVOX_SANITIZE)
+    target_compile_options(${target} PUBLIC -fsanitize=${TERAVOX_SANITIZE} -fno-omit-frame-pointer)
+    target_link_options(${target} PUBLIC -fsanitize=${TERAVOX_SANITIZE})
+  endif ()
+endfunction ()
+
+# teravox_add_gtest(<name> LABEL <label> [LIBS ...] SOURCES ...): one GoogleTest program, each test of
+# it a CTest test.
+function (teravox_add_gtest name)
+  cmake_parse_arguments(arg "" "LABEL;TIMEOUT" "SOURCES;LIBS" ${ARGN})
+  if (NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 300)
+  endif ()
+  add_executable(${name} ${arg_SOURCES})
+  teravox_own_target(${name})
+  target_link_libraries(${name} PRIVATE ${arg_LIBS} GTest::gtest GTest::gtest_main)
+  gtest_discover_tests(${name}
+    DISCOVERY_MODE PRE_TEST
+    PROPERTIES LABELS "${arg_LABEL}" TIMEOUT ${arg_TIMEOUT} SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]")
+endfunction ()

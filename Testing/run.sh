@@ -1,0 +1,99 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: Teravox contributors
+# SPDX-License-Identifier: BSD-3-Clause
+#
+# Installs what is missing, builds, and runs all tests:
+#
+#   run.sh            checks of the sources, sanitizer builds of the tests without OpenGL, all tests
+#   run.sh --quick    all tests only
+#
+# Build folders lie in build/ (TERAVOX_BUILD_DIR changes that). Ends with CTest's summary of all
+# tests; the exit code is 0 only if every stage passed.
+set -euo pipefail
+
+root=$(cd "$(dirname "$0")/.." && pwd)
+build=${TERAVOX_BUILD_DIR:-$root/build}
+jobs=$(nproc)
+quick=no
+case "${1:-}" in
+  "") ;;
+  --quick) quick=yes ;;
+  *)
+    echo "run.sh: unknown option '$1'; there is only --quick." >&2
+    exit 2
+    ;;
+esac
+
+failed=()
+stage() { # stage <name> <command>...: runs on after a failure, and remembers it
+  local name=$1 start=$SECONDS
+  shift
+  echo "== $name"
+  if "$@"; then
+    echo "== $name: passed in $((SECONDS - start)) s"
+  else
+    echo "== $name: FAILED after $((SECONDS - start)) s"
+    failed+=("$name")
+  fi
+}
+
+configure() { # configure <folder> <options>...
+  local folder=$1
+  shift
+  cmake -S "$root" -B "$folder" -G Ninja -DPython3_EXECUTABLE=/usr/bin/python3 "$@" \
+    >"$folder.configure.log" 2>&1 || { tail -40 "$folder.configure.log"; return 1; }
+}
+
+# Without address-space randomisation where that is allowed: ThreadSanitizer of GCC 12 gives up on
+# kernels with more random bits than it knows.
+fixed_addresses() {
+  if setarch "$(uname -m)" -R true 2>/dev/null; then
+    setarch "$(uname -m)" -R "$@"
+  else
+    "$@"
+  fi
+}
+
+sanitized_tests() { # sanitized_tests <sanitizers> <folder> <labels>
+  configure "$2" -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -g" \
+    -DTERAVOX_BUILD_VTK=OFF -DTERAVOX_SANITIZE="$1" &&
+    cmake --build "$2" -j "$jobs" -- --quiet &&
+    (cd "$2" && fixed_addresses ctest -j "$jobs" -L "$3" --output-on-failure --no-tests=error \
+      --timeout 900 | grep -v ' Passed ')
+}
+
+mkdir -p "$build"
+bash "$root/Examples/install-dependencies.sh" test
+
+release_build() {
+  configure "$build/release" -DCMAKE_BUILD_TYPE=Release &&
+    cmake --build "$build/release" -j "$jobs" -- --quiet
+}
+stage "Release build" release_build
+if [ "${#failed[@]}" -gt 0 ]; then
+  exit 1
+fi
+
+if [ "$quick" = no ]; then
+  stage "Checks of the sources" bash "$root/Testing/lint.sh" "$build/release"
+  export ASAN_OPTIONS=detect_leaks=1:strict_string_checks=1
+  export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
+  # A race stops the test; OpenMP's own runtime isn't instrumented, hence one thread for it.
+  export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1
+  stage "Address and undefined-behaviour sanitizers" \
+    sanitized_tests address,undefined "$build/asan" "^(core|source|truth)$"
+  OMP_NUM_THREADS=1 stage "Thread sanitizer" \
+    sanitized_tests thread "$build/tsan" "^(core|source)$"
+fi
+
+if [ "${#failed[@]}" -gt 0 ]; then
+  printf '== FAILED before the tests: %s\n' "${failed[@]}"
+fi
+echo "== All tests"
+cd "$build/release"
+set +e
+xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" \
+  ctest --output-on-failure --no-tests=error -LE bench --timeout 900
+result=$?
+set -e
+[ "$result" -eq 0 ] && [ "${#failed[@]}" -eq 0 ]

@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class vtkBrickSourceAlgorithm
+ * @brief presents one level of a pyramid as a lazy image, with the brick source on its array
+ *
+ * The information pass gives extent, geometry and scalar type of the presented level and reads no
+ * voxel. The data pass really reads the update extent of that level, so that pickers, outlines,
+ * histograms and filters work on true data; the array carries a vtkBrickSource, through which
+ * vtkOutOfCoreVolumeMapper draws all levels.
+ *
+ * Level l is coarser than level 0 by a factor f per axis; its voxel centres lie at
+ * x0 = f x_l + (f-1)/2. Level 0 has the extent of the data, coarser levels begin at 0.
+ *
+ * A brick that can't be read is replaced by its finest readable ancestor and reported as an error.
+ */
+#pragma once
+
+#include "vtkImageAlgorithm.h"
+#include "vtkRenderingOutOfCoreModule.h" // for the export macro
+
+#include <memory> // for std::shared_ptr, std::unique_ptr
+#include <string> // for the reason of a failure
+
+class vtkBrickSource;
+
+namespace teravox
+{
+class BrickSource;
+}
+
+class VTKRENDERINGOUTOFCORE_EXPORT vtkBrickSourceAlgorithm : public vtkImageAlgorithm
+{
+public:
+  vtkTypeMacro(vtkBrickSourceAlgorithm, vtkImageAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * The presented level, 0 is the finest. Default: -1, the finest with at most 2 Mi voxels, or the
+   * coarsest if all have more. A level beyond the coarsest is an error when the pipeline updates.
+   */
+  virtual void SetLevel(int level);
+  vtkGetMacro(Level, int);
+  ///@}
+
+  ///@{
+  /**
+   * What the volume has; opens it if need be. Without a readable volume: an error, and -1 or 0.
+   */
+  int GetPresentedLevel();
+  int GetNumberOfLevels();
+  void GetLevelDimensions(int level, long long dimensions[3]) VTK_SIZEHINT(3);
+  ///@}
+
+  /**
+   * The whole volume, for vtkOutOfCoreVolumeMapper::SetBrickSource(); nullptr, after an error, if
+   * it can't be opened. Belongs to this object.
+   */
+  vtkBrickSource* GetBrickSource();
+
+protected:
+  vtkBrickSourceAlgorithm();
+  ~vtkBrickSourceAlgorithm() override;
+
+  /**
+   * Makes or opens the source. On failure returns null and says why in one sentence; an empty
+   * reason means that the error was reported already.
+   */
+  virtual std::shared_ptr<teravox::BrickSource> MakeBrickSource(std::string& reason) = 0;
+
+  /** Must the source be made again? Called when anything was modified since it was made. */
+  virtual bool IsBrickSourceOutdated() { return false; }
+
+  /** To be called by setters: drops the source and marks this object as modified. */
+  void BrickSourceModified();
+
+  int RequestInformation(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+  int FillOutputPortInformation(int port, vtkInformation* info) override;
+
+private:
+  vtkBrickSourceAlgorithm(const vtkBrickSourceAlgorithm&) = delete;
+  void operator=(const vtkBrickSourceAlgorithm&) = delete;
+
+  /** The source, made if need be; reports an error and returns null if it can't be. */
+  std::shared_ptr<teravox::BrickSource> EnsureBrickSource();
+  /** Resolves Level; reports an error and returns -1 if there is no such level. */
+  int ResolveLevel(const teravox::BrickSource& source);
+
+  int Level = -1;
+  class vtkInternals;
+  std::unique_ptr<vtkInternals> Internals;
+};

@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "vtkHDF5PyramidWriter.h"
+
+#include "PipelineVoxelReader.h"
+#include "PyramidWriter.h"
+
+#include <string>
+#include <vtkAlgorithmOutput.h>
+#include <vtkCommand.h>
+#include <vtkImageData.h>
+#include <vtkInformation.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkTrivialProducer.h>
+
+vtkStandardNewMacro(vtkHDF5PyramidWriter);
+
+vtkHDF5PyramidWriter::vtkHDF5PyramidWriter()
+{
+  this->SetNumberOfInputPorts(1);
+  this->SetNumberOfOutputPorts(0);
+}
+
+int vtkHDF5PyramidWriter::FillInputPortInformation(int, vtkInformation* info)
+{
+  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkImageData");
+  return 1;
+}
+
+void vtkHDF5PyramidWriter::SetInputData(vtkDataObject* data)
+{
+  if (!data)
+  {
+    this->SetInputConnection(nullptr);
+    return;
+  }
+  vtkNew<vtkTrivialProducer> producer;
+  producer->SetOutput(data);
+  this->SetInputConnection(producer->GetOutputPort());
+}
+
+void vtkHDF5PyramidWriter::SetFileName(const char* name)
+{
+  this->FileName = name ? name : "";
+  this->Modified();
+}
+
+void vtkHDF5PyramidWriter::SetArrayName(const char* name)
+{
+  this->ArrayName = name ? name : "";
+  this->Modified();
+}
+
+int vtkHDF5PyramidWriter::Write()
+{
+  this->BytesDone = this->BytesTotal = this->FileBytes = 0;
+  this->NumberOfLevels = 0;
+  this->AbortExecute = 0;
+  if (this->FileName.empty())
+  {
+    vtkErrorMacro("No file name was set.");
+    return 0;
+  }
+  vtkAlgorithmOutput* connection = this->GetInputConnection(0, 0);
+  if (!connection)
+  {
+    vtkErrorMacro("There is no input to write to " << this->FileName << ".");
+    return 0;
+  }
+  teravox::PipelineVoxelReader::Options input;
+  input.ArrayName = this->ArrayName;
+  input.FillValue = this->FillValue;
+  input.WholeLimit = this->MemoryLimit / 2;
+  auto reader =
+    teravox::PipelineVoxelReader::Make(connection->GetProducer(), connection->GetIndex(), input);
+  if (!reader.Ok())
+  {
+    vtkErrorMacro(<< reader.GetStatus().Message());
+    return 0;
+  }
+  teravox::PyramidWriterOptions options;
+  options.BrickSize = this->BrickSize;
+  options.Compression = this->Compression == NONE ? teravox::PyramidCompression::None
+    : this->Compression == DEFLATE                ? teravox::PyramidCompression::Deflate
+                                                  : teravox::PyramidCompression::LZ4;
+  options.CompressionLevel = this->CompressionLevel;
+  options.Downsampling = this->Downsampling == MODE ? teravox::PyramidDownsampling::Mode
+                                                    : teravox::PyramidDownsampling::Average;
+  // A box of a streaming input exists twice, here and in the writer.
+  options.MemoryLimit = reader.Value()->IsWhole() ? this->MemoryLimit - reader.Value()->HeldBytes()
+                                                  : this->MemoryLimit / 2;
+  options.Progress = [this](std::uint64_t done, std::uint64_t total)
+  {
+    this->BytesDone = done;
+    this->BytesTotal = total;
+    this->UpdateProgress(total == 0 ? 1.0 : static_cast<double>(done) / static_cast<double>(total));
+    return this->GetAbortExecute() == 0;
+  };
+  this->InvokeEvent(vtkCommand::StartEvent);
+  auto report = teravox::PyramidWriter::Write(this->FileName, *reader.Value(), options);
+  this->InvokeEvent(vtkCommand::EndEvent);
+  if (!report.Ok())
+  {
+    if (report.GetStatus().Code() != teravox::StatusCode::Cancelled)
+    {
+      vtkErrorMacro(<< report.GetStatus().Message());
+    }
+    return 0;
+  }
+  this->FileBytes = report.Value().FileBytes;
+  this->NumberOfLevels = report.Value().Levels;
+  return 1;
+}
+
+void vtkHDF5PyramidWriter::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "FileName: " << this->FileName << "\n";
+  os << indent << "ArrayName: " << this->ArrayName << "\n";
+  os << indent << "BrickSize: " << this->BrickSize << "\n";
+  os << indent << "Compression: " << this->Compression << "\n";
+  os << indent << "CompressionLevel: " << this->CompressionLevel << "\n";
+  os << indent << "Downsampling: " << this->Downsampling << "\n";
+  os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
+  os << indent << "FillValue: " << this->FillValue << "\n";
+}

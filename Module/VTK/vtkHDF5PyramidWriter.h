@@ -1,0 +1,137 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class vtkHDF5PyramidWriter
+ * @brief streams any image into an HDF5 pyramid, in bounded memory
+ *
+ * The input is asked for one box after the other by UPDATE_EXTENT, so that a source that can
+ * produce sub-extents is never held as a whole. An input that fits into half of MemoryLimit is
+ * asked for at once, because many readers decode the whole file for any part of it.
+ *
+ * Writes the active scalars of the points, else of the cells; or the array named by ArrayName.
+ * The file appears under its name only when it is complete. Progress events tell the fraction;
+ * AbortExecute cancels, and leaves nothing.
+ */
+#pragma once
+
+#include "vtkAlgorithm.h"
+#include "vtkRenderingOutOfCoreModule.h" // for the export macro
+
+#include <string> // for the names
+
+class vtkDataObject;
+
+class VTKRENDERINGOUTOFCORE_EXPORT vtkHDF5PyramidWriter : public vtkAlgorithm
+{
+public:
+  static vtkHDF5PyramidWriter* New();
+  vtkTypeMacro(vtkHDF5PyramidWriter, vtkAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  enum CompressionType
+  {
+    NONE = 0,
+    DEFLATE = 1, ///< shuffle and deflate: smallest, readable everywhere
+    LZ4 = 2      ///< registered filter 32004: fastest to read
+  };
+
+  enum DownsamplingType
+  {
+    AVERAGE = 0, ///< mean of each group of voxels, NaN left out
+    MODE = 1     ///< most frequent value: for labels
+  };
+
+  /** The image to write; SetInputConnection() for a pipeline. */
+  void SetInputData(vtkDataObject* data);
+
+  ///@{
+  /** The file to write. Default: none, an error. */
+  void SetFileName(VTK_FILEPATH const char* name);
+  const char* GetFileName() const { return this->FileName.c_str(); }
+  ///@}
+
+  ///@{
+  /** Array to write. Default: empty, the active scalars. */
+  void SetArrayName(const char* name);
+  const char* GetArrayName() const { return this->ArrayName.c_str(); }
+  ///@}
+
+  ///@{
+  /** Edge of a storage chunk in voxels, a multiple of 8 from 8 to 512. Default: 64. */
+  vtkSetMacro(BrickSize, int);
+  vtkGetMacro(BrickSize, int);
+  ///@}
+
+  ///@{
+  /** Default: LZ4. */
+  vtkSetClampMacro(Compression, int, NONE, LZ4);
+  vtkGetMacro(Compression, int);
+  void SetCompressionToNone() { this->SetCompression(NONE); }
+  void SetCompressionToDeflate() { this->SetCompression(DEFLATE); }
+  void SetCompressionToLZ4() { this->SetCompression(LZ4); }
+  ///@}
+
+  ///@{
+  /** 1 (fast) to 12 (small); 0, the default, takes 1. */
+  vtkSetMacro(CompressionLevel, int);
+  vtkGetMacro(CompressionLevel, int);
+  ///@}
+
+  ///@{
+  /** How coarser levels are made. Default: AVERAGE. */
+  vtkSetClampMacro(Downsampling, int, AVERAGE, MODE);
+  vtkGetMacro(Downsampling, int);
+  void SetDownsamplingToAverage() { this->SetDownsampling(AVERAGE); }
+  void SetDownsamplingToMode() { this->SetDownsampling(MODE); }
+  ///@}
+
+  ///@{
+  /**
+   * Bytes that writing may take, the input's box included; what filters upstream hold beside their
+   * output doesn't count. Default: 1 GiB. A limit too small is an error that says how much would
+   * do.
+   */
+  vtkSetMacro(MemoryLimit, unsigned long long);
+  vtkGetMacro(MemoryLimit, unsigned long long);
+  ///@}
+
+  ///@{
+  /** The value of voxels that needn't be stored. Default: 0. */
+  vtkSetMacro(FillValue, double);
+  vtkGetMacro(FillValue, double);
+  ///@}
+
+  /** Writes the file. Returns 1, or 0 after an error or an abort. */
+  int Write();
+
+  ///@{
+  /** What the last Write() did; of level 0, bytes without compression, while it runs as well. */
+  vtkGetMacro(BytesDone, unsigned long long);
+  vtkGetMacro(BytesTotal, unsigned long long);
+  vtkGetMacro(FileBytes, unsigned long long);
+  vtkGetMacro(NumberOfLevels, int);
+  ///@}
+
+protected:
+  vtkHDF5PyramidWriter();
+  ~vtkHDF5PyramidWriter() override = default;
+
+  int FillInputPortInformation(int port, vtkInformation* info) override;
+
+private:
+  vtkHDF5PyramidWriter(const vtkHDF5PyramidWriter&) = delete;
+  void operator=(const vtkHDF5PyramidWriter&) = delete;
+
+  std::string FileName;
+  std::string ArrayName;
+  int BrickSize = 64;
+  int Compression = LZ4;
+  int CompressionLevel = 0;
+  int Downsampling = AVERAGE;
+  unsigned long long MemoryLimit = 1ull << 30;
+  double FillValue = 0.0;
+  unsigned long long BytesDone = 0;
+  unsigned long long BytesTotal = 0;
+  unsigned long long FileBytes = 0;
+  int NumberOfLevels = 0;
+};

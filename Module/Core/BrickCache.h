@@ -98,7 +98,7 @@ private:
   void DropReleasedOrphans();
   void EvictDownTo(std::uint64_t limit);
   void EraseEntry(Entries::iterator entry);
-  std::uint64_t EvictableBytes() const;
+  bool CanEvictDownTo(std::uint64_t limit) const;
   void UpdatePeak();
 
   mutable std::mutex Mutex;

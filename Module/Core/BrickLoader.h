@@ -93,7 +93,8 @@ private:
 
   void Work();
   std::optional<Job> TakeJob(std::unique_lock<std::mutex>& lock);
-  bool ReserveFor(const Job& job);
+  bool FinishWithoutReading(Job& job);
+  bool ReserveFor(std::uint64_t bytes);
   void FinishJob(const Job& job, LoadResult result);
   void Publish(LoadResult result);
   std::uint64_t Headroom() const;

@@ -12,6 +12,7 @@ namespace
 {
 // The directory is always resident and small: 4096 entries of 12 bytes are 48 KiB.
 constexpr std::int64_t MaximumDirectoryEntries = 4096;
+constexpr std::size_t MaximumLevels = 32;
 
 std::int64_t MultiplySaturated(std::int64_t a, std::int64_t b)
 {
@@ -34,11 +35,31 @@ std::string Text(const Int3& v)
 {
   return std::to_string(v[0]) + " x " + std::to_string(v[1]) + " x " + std::to_string(v[2]);
 }
+
+Status CheckPages(const PageShape& pages)
+{
+  const Int3& edge = pages.BlockEdge;
+  const std::int64_t smallest = std::min({ edge[0], edge[1], edge[2] });
+  const std::int64_t largest = std::max({ edge[0], edge[1], edge[2] });
+  // An automatic depth needs blocks that get fewer along each axis.
+  if (smallest < (pages.Depth < 0 ? 2 : 1) || largest > 1024 || pages.Depth > 31)
+  {
+    return Status(StatusCode::InvalidArgument,
+      "Page blocks of " + Text(edge) + " entries at depth " + std::to_string(pages.Depth) +
+        " can't be; edges are 2 to 1024, or 1 with a given depth of at most 31.");
+  }
+  return {};
+}
 } // namespace
 
 Result<PyramidLayout> PyramidLayout::Make(
-  const Int3& dimensions, int brickSize, std::vector<Int3> factors)
+  const Int3& dimensions, int brickSize, std::vector<Int3> factors, const PageShape& pages)
 {
+  const Status pageStatus = CheckPages(pages);
+  if (!pageStatus)
+  {
+    return pageStatus;
+  }
   for (const std::int64_t n : dimensions)
   {
     if (n < 1 || n > std::numeric_limits<std::int32_t>::max())
@@ -52,7 +73,7 @@ Result<PyramidLayout> PyramidLayout::Make(
     return Status(StatusCode::InvalidArgument,
       "The brick size is " + std::to_string(brickSize) + " voxels; it must be 2 to 1024.");
   }
-  if (factors.empty() || factors.size() > 32 || factors[0] != Int3{ 1, 1, 1 })
+  if (factors.empty() || factors.size() > MaximumLevels || factors[0] != Int3{ 1, 1, 1 })
   {
     return Status(
       StatusCode::InvalidArgument, "A pyramid has 1 to 32 levels, the first with factor 1.");
@@ -79,7 +100,8 @@ Result<PyramidLayout> PyramidLayout::Make(
     layout.LevelBricks.push_back(bricks);
   }
   layout.Factors = std::move(factors);
-  for (layout.Depth = 1;; ++layout.Depth)
+  layout.PageEdge_ = pages.BlockEdge;
+  for (layout.Depth = pages.Depth < 0 ? 1 : pages.Depth;; ++layout.Depth)
   {
     layout.DirectoryBases.assign(1, 0);
     for (int l = 0; l < layout.NumberOfLevels(); ++l)
@@ -87,7 +109,7 @@ Result<PyramidLayout> PyramidLayout::Make(
       layout.DirectoryBases.push_back(
         AddSaturated(layout.DirectoryBases.back(), Product(layout.Pages(l, layout.Depth))));
     }
-    if (layout.DirectoryEntries() <= MaximumDirectoryEntries)
+    if (pages.Depth >= 0 || layout.DirectoryEntries() <= MaximumDirectoryEntries)
     {
       break;
     }
@@ -101,8 +123,12 @@ std::vector<Int3> PyramidLayout::DefaultFactors(
   std::vector<Int3> factors{ Int3{ 1, 1, 1 } };
   Int3 dims = dimensions;
   Double3 edge{ std::abs(spacing[0]), std::abs(spacing[1]), std::abs(spacing[2]) };
-  while (std::max({ dims[0], dims[1], dims[2] }) > brickSize && factors.size() < 32)
+  while (std::max({ dims[0], dims[1], dims[2] }) > brickSize && factors.size() < MaximumLevels)
   {
+    // An axis that has waited for the others so long that it would not fit one brick at the last
+    // level allowed can't wait any more.
+    const std::int64_t longest =
+      MultiplySaturated(brickSize, std::int64_t{ 1 } << (MaximumLevels - 1 - factors.size()));
     double smallest = std::numeric_limits<double>::infinity();
     for (std::size_t a = 0; a < 3; ++a)
     {
@@ -114,7 +140,7 @@ std::vector<Int3> PyramidLayout::DefaultFactors(
     Int3 f = factors.back();
     for (std::size_t a = 0; a < 3; ++a)
     {
-      if (dims[a] > 1 && edge[a] <= smallest * std::sqrt(2.0))
+      if (dims[a] > 1 && (edge[a] <= smallest * std::sqrt(2.0) || dims[a] > longest))
       {
         f[a] *= 2;
         edge[a] *= 2;
@@ -147,12 +173,40 @@ Int3 PyramidLayout::Pages(int level, int pageLevel) const
   Int3 pages = this->Bricks(level);
   for (int k = 0; k < pageLevel; ++k)
   {
-    for (std::int64_t& n : pages)
+    for (std::size_t a = 0; a < 3; ++a)
     {
-      n = CeilDiv(n, PageBlockEdge);
+      pages[a] = CeilDiv(pages[a], this->PageEdge_[a]);
     }
   }
   return pages;
+}
+
+Int3 PyramidLayout::PageOf(const Int3& voxel, int pageLevel) const
+{
+  Int3 page{};
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    page[a] = voxel[a] / this->BrickSize_;
+    for (int k = 0; k < pageLevel; ++k)
+    {
+      page[a] /= this->PageEdge_[a];
+    }
+  }
+  return page;
+}
+
+Int3 PyramidLayout::VirtualDimensions(int level) const
+{
+  Int3 dims = this->Pages(level, this->Depth);
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    for (int k = 0; k < this->Depth; ++k)
+    {
+      dims[a] = MultiplySaturated(dims[a], this->PageEdge_[a]);
+    }
+    dims[a] = MultiplySaturated(dims[a], this->BrickSize_);
+  }
+  return dims;
 }
 
 } // namespace teravox

@@ -17,6 +17,15 @@ inline constexpr int BrickBorder = 2;
 /// Entries of a page block along each axis.
 inline constexpr int PageBlockEdge = 8;
 
+/// How the entries of a page table are grouped. The renderer uses the default throughout; other
+/// shapes reproduce page tables of the literature.
+struct PageShape
+{
+  Int3 BlockEdge{ PageBlockEdge, PageBlockEdge, PageBlockEdge };
+  /// Page levels below the directory; negative: the least, at least 1, with a small directory.
+  int Depth = -1;
+};
+
 /// The immutable numbers of a pyramid and all arithmetic between voxel, brick, page and level.
 /// Thread: immutable.
 ///
@@ -26,7 +35,7 @@ inline constexpr int PageBlockEdge = 8;
 /// Brick b of level l covers [b, b+1) * BrickSize in corner coordinates of level l.
 ///
 /// Pages (Sarton 2018, section 3.3; Hadwiger et al. 2012): page level 0 has one entry per brick,
-/// page level k one entry per PageEdge^k bricks; the page directory is page level Depth(), of all
+/// page level k one entry per BlockEdge^k bricks; the page directory is page level Depth(), of all
 /// pyramid levels side by side.
 class PyramidLayout
 {
@@ -35,9 +44,10 @@ public:
 
   /// Factors per level are cumulative against level 0; factors[0] must be {1,1,1}, and each must be
   /// a multiple of the one before. `brickSize` is the inner size in voxels, without border.
-  /// Errors: dimensions < 1 or >= 2^31 per axis, brick size not in 2..1024, bad factors.
+  /// Errors: dimensions < 1 or >= 2^31 per axis, brick size not in 2..1024, bad factors, block
+  /// edges < 1 (all 1 with an automatic depth never end), a depth above 31.
   static Result<PyramidLayout> Make(
-    const Int3& dimensions, int brickSize, std::vector<Int3> factors);
+    const Int3& dimensions, int brickSize, std::vector<Int3> factors, const PageShape& pages = {});
 
   /// Levels until one brick holds everything. An axis is halved while it has more than one voxel,
   /// and only if its voxel edge (spacing) is at most sqrt(2) times the smallest edge among the axes
@@ -55,7 +65,10 @@ public:
   int StoredSize() const { return this->BrickSize_ + 2 * BrickBorder; }
   const Int3& Factor(int level) const { return this->Factors[static_cast<std::size_t>(level)]; }
   /// Voxels of a level: ceil(dimensions / factor).
-  const Int3& Dimensions(int level) const { return this->LevelDims[static_cast<std::size_t>(level)]; }
+  const Int3& Dimensions(int level) const
+  {
+    return this->LevelDims[static_cast<std::size_t>(level)];
+  }
   /// Bricks of a level along each axis.
   const Int3& Bricks(int level) const { return this->LevelBricks[static_cast<std::size_t>(level)]; }
   /// Bricks of all levels, the unit of S3's table 3.1; saturates at 2^63-1.
@@ -63,8 +76,15 @@ public:
 
   /// Page levels below the directory; at least 1.
   int PageDepth() const { return this->Depth; }
-  /// Entries of a page level along each axis: ceil(Bricks(level) / PageBlockEdge^pageLevel).
+  /// Entries of a page block along each axis.
+  const Int3& PageEdge() const { return this->PageEdge_; }
+  /// Entries of a page level along each axis: ceil(Bricks(level) / PageEdge()^pageLevel).
   Int3 Pages(int level, int pageLevel) const;
+  /// The entry of a page level that covers a voxel of any pyramid level.
+  Int3 PageOf(const Int3& voxel, int pageLevel) const;
+  /// Voxels that the entries of a pyramid level can address: the real dimensions, rounded up to
+  /// whole bricks and whole page blocks below the directory (the virtual size in Sarton 2018).
+  Int3 VirtualDimensions(int level) const;
   /// Where the entries of a pyramid level begin in the page directory (x fastest inside a level).
   std::int64_t DirectoryBase(int level) const
   {
@@ -75,12 +95,13 @@ public:
   bool operator==(const PyramidLayout& o) const
   {
     return this->BrickSize_ == o.BrickSize_ && this->Factors == o.Factors &&
-      this->LevelDims == o.LevelDims;
+      this->LevelDims == o.LevelDims && this->PageEdge_ == o.PageEdge_ && this->Depth == o.Depth;
   }
 
 private:
   int BrickSize_ = 0;
   int Depth = 1;
+  Int3 PageEdge_{ PageBlockEdge, PageBlockEdge, PageBlockEdge };
   std::vector<Int3> Factors;
   std::vector<Int3> LevelDims;
   std::vector<Int3> LevelBricks;

@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "BrickSource.h"
+#include "CellRanges.h"
+
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace teravox
+{
+
+/// An array in memory and where it lies in the world.
+struct ArrayDescription
+{
+  const void* Data = nullptr;
+  std::shared_ptr<const void> Owner; ///< keeps Data alive; may be null if the caller does
+  ScalarType Type = ScalarType::UInt8;
+  int Components = 1; ///< 1 to 4, interleaved
+  Int3 Dimensions{ 0, 0, 0 };
+  /// From one row, one slice to the next, in scalars; 0 means dense.
+  std::int64_t RowStride = 0;
+  std::int64_t SliceStride = 0;
+  int BrickSize = 64;
+  bool Labels = false;
+  bool CellData = false;
+  ValueRange Range = ValueRange::Unknown(); ///< of all voxels, where the caller knows it
+  Double3 Origin{ 0, 0, 0 };
+  Double3 Spacing{ 1, 1, 1 };
+  std::array<double, 9> Direction{ 1, 0, 0, 0, 1, 0, 0, 0, 1 };
+  Int3 ExtentStart{ 0, 0, 0 };
+  std::string ArrayName = "scalars";
+  std::string Name = "array in memory";
+};
+
+/// Makes a brick source of an array in memory.
+///
+/// Making it costs nothing. A coarser level is computed as a whole from the level before (box
+/// average, or mode for labels) when its first brick is read; the ranges come from the minimum and
+/// maximum of 8^3 cells, found when the first range of a level is asked for, and are exact. Both
+/// use OpenMP. Several components share one range. Requires: the array doesn't change while the
+/// source lives. Thread: as BrickSource.
+class ArrayBrickSource : public BrickSource
+{
+public:
+  /// Errors: no data, dimensions or components out of range, strides that overlap.
+  static Result<std::shared_ptr<ArrayBrickSource>> Make(const ArrayDescription& array);
+  ~ArrayBrickSource() override;
+
+  const VolumeInfo& Info() const override { return this->Info_; }
+  Result<BrickPointer> ReadBrick(const BrickKey& key) override;
+  Result<std::vector<ValueRange>> ReadRanges(const BrickKey& first, const Int3& count) override;
+  /// The levels and cells made so far.
+  std::uint64_t MemoryUsed() const override;
+
+  /// Range of all voxels of level 0; reads them all when it is asked for the first time.
+  Result<ValueRange> ComputeRange();
+
+private:
+  struct Level;
+
+  explicit ArrayBrickSource(const ArrayDescription& array);
+
+  const Level& RequireLevel(int level);
+  const CellRanges& RequireCells(int level);
+  template <typename T>
+  void BuildLevel(const Level& finer, const Int3& group, Level& level) const;
+
+  VolumeInfo Info_;
+  const std::shared_ptr<const void> Owner;
+  std::mutex BuildMutex;
+  std::vector<std::unique_ptr<Level>> Levels;
+  std::atomic<std::uint64_t> Memory{ 0 };
+};
+
+} // namespace teravox

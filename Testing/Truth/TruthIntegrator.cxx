@@ -1,0 +1,507 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "TruthIntegrator.h"
+
+#include "TruthCubic.h"
+#include "TruthQuadrature.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+
+namespace teravox
+{
+namespace
+{
+
+/// Parallel planes q = index + Offset along one axis, met in order by q(t) = A + B t.
+/// Places are computed from the index each time, never added up.
+class PlaneFamily
+{
+public:
+  PlaneFamily(double a, double b, double offset, double start)
+    : A(a)
+    , B(b)
+    , Offset(offset)
+  {
+    if (b == 0)
+    {
+      return;
+    }
+    const double index = a + b * start - offset;
+    this->Index = static_cast<std::int64_t>(b > 0 ? std::floor(index) : std::ceil(index));
+    this->Update();
+    this->Pass(start);
+  }
+  double Next() const { return this->Place; }
+  /// Afterwards, Next() > t.
+  void Pass(double t)
+  {
+    while (this->Place <= t)
+    {
+      this->Index += this->B > 0 ? 1 : -1;
+      this->Update();
+    }
+  }
+
+private:
+  void Update()
+  {
+    this->Place = (static_cast<double>(this->Index) + this->Offset - this->A) / this->B;
+  }
+
+  double A;
+  double B;
+  double Offset;
+  std::int64_t Index = 0;
+  double Place = std::numeric_limits<double>::infinity();
+};
+
+/// Walks one ray. Lengths t are world units from the ray's origin.
+class RayIntegrator
+{
+public:
+  RayIntegrator(const TruthScene& scene, const TruthRay& ray)
+    : Scene(scene)
+    , Volume(scene.Volume)
+    , Transfer(scene.Transfer)
+    , PieceTolerance(1e-3 * scene.Tolerance)
+  {
+    this->Start = TransformPoint(this->Volume.VoxelFromWorld(), ray.Origin);
+    this->Step = TransformVector(this->Volume.VoxelFromWorld(), ray.Direction);
+    this->Shading.Ray = ray;
+  }
+
+  TruthColor Run(double opaqueDepth)
+  {
+    const TruthRay& ray = this->Shading.Ray;
+    double begin = 0;
+    double end = std::min(ray.Length, ray.LengthAtDepth(opaqueDepth));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+    {
+      this->Clip(axis, begin, end);
+    }
+    if (begin < end)
+    {
+      this->Shading.Entry = ray.At(begin);
+      double from = begin;
+      for (const double depth : this->Scene.LevelOfDetail.BoundaryDepths())
+      {
+        const double cut = ray.LengthAtDepth(depth);
+        if (cut > from && cut < end)
+        {
+          this->MarchLevel(from, cut);
+          from = cut;
+        }
+      }
+      this->MarchLevel(from, end);
+    }
+    const double alpha = this->Wall ? 1 : -std::expm1(-this->Light.Tau);
+    return { this->Light.Color[0], this->Light.Color[1], this->Light.Color[2], alpha };
+  }
+
+private:
+  bool Done() const { return this->Wall || this->Light.Tau > 27.631021115928547; } // -ln(1e-12)
+
+  Double3 At(double t) const { return this->Start + t * this->Step; }
+
+  void Clip(std::size_t axis, double& begin, double& end) const
+  {
+    const double lower = this->Volume.BoundsMin()[axis];
+    const double upper = this->Volume.BoundsMax()[axis];
+    if (this->Step[axis] == 0)
+    {
+      if (this->Start[axis] < lower || this->Start[axis] > upper)
+      {
+        end = begin;
+      }
+      return;
+    }
+    const double a = (lower - this->Start[axis]) / this->Step[axis];
+    const double b = (upper - this->Start[axis]) / this->Step[axis];
+    begin = std::max(begin, std::min(a, b));
+    end = std::min(end, std::max(a, b));
+  }
+
+  void MarchLevel(double from, double to)
+  {
+    const TruthRay& ray = this->Shading.Ray;
+    this->Level = this->Scene.LevelOfDetail.LevelAtDepth(ray.DepthAt(0.5 * (from + to)));
+    const bool linear = this->Volume.Interpolation() == TruthInterpolation::Linear;
+    if (this->Scene.Shading)
+    {
+      this->GradientStep = this->Scene.Shading->GradientStep(this->Volume, this->Level);
+    }
+    std::vector<PlaneFamily> families;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+    {
+      const auto factor = static_cast<double>(this->Volume.Level(this->Level).Factor[axis]);
+      const double a = this->Start[axis] / factor;
+      const double b = this->Step[axis] / factor;
+      const double offset = linear ? 0.5 : 0.0;
+      families.emplace_back(a, b, offset, from);
+      // The two fields of a central difference bend (or jump) at planes of their own, if the
+      // difference isn't over whole voxels.
+      const double step = this->GradientStep[axis];
+      if (this->Scene.Shading && step != std::floor(step))
+      {
+        families.emplace_back(a, b, offset + step, from);
+        families.emplace_back(a, b, offset - step, from);
+      }
+    }
+    while (from < to && !this->Done())
+    {
+      double next = to;
+      for (PlaneFamily& family : families)
+      {
+        family.Pass(from);
+        next = std::min(next, family.Next());
+      }
+      if (linear)
+      {
+        this->LinearPiece(from, next);
+      }
+      else
+      {
+        this->NearestPiece(from, next);
+      }
+      from = next;
+    }
+  }
+
+  Double3 Color(double t, double value) const
+  {
+    const Double3 color = this->Transfer.GetColor(value);
+    if (!this->Scene.Shading)
+    {
+      return color;
+    }
+    const Double3 difference =
+      this->Volume.CentralDifference(this->Level, this->At(t), this->GradientStep);
+    return this->Scene.Shading->Shade(this->Shading, this->Volume, this->Level, difference, color);
+  }
+
+  void HitWall(const Double3& color)
+  {
+    this->Light.Color = this->Light.Color + std::exp(-this->Light.Tau) * color;
+    this->Wall = true;
+  }
+
+  /// Constant colour and opacity on [from, to].
+  void UniformPiece(double from, double to, double value)
+  {
+    const double alpha = this->Transfer.GetAlpha(value);
+    if (!(alpha > 0))
+    {
+      return;
+    }
+    const Double3 color = this->Color(0.5 * (from + to), value);
+    if (alpha >= 1)
+    {
+      this->HitWall(color);
+      return;
+    }
+    const double tau = this->Transfer.Extinction(alpha) * (to - from);
+    this->Light.Color = this->Light.Color + std::exp(-this->Light.Tau) * -std::expm1(-tau) * color;
+    this->Light.Tau += tau;
+  }
+
+  void NearestPiece(double from, double to)
+  {
+    const double value = this->Volume.Field(this->Level, this->At(0.5 * (from + to)));
+    if (!std::isnan(value))
+    {
+      this->UniformPiece(from, to, value);
+    }
+  }
+
+  void LinearPiece(double from, double to)
+  {
+    const Double3 begin = this->At(from);
+    const Double3 end = this->At(to);
+    Int3 base{};
+    Double3 start{};
+    Double3 stop{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+    {
+      const auto factor = static_cast<double>(this->Volume.Level(this->Level).Factor[axis]);
+      const double q0 = begin[axis] / factor - 0.5;
+      const double q1 = end[axis] / factor - 0.5;
+      const double cell = std::floor(0.5 * (q0 + q1));
+      base[axis] = static_cast<std::int64_t>(cell);
+      start[axis] = std::clamp(q0 - cell, 0.0, 1.0);
+      stop[axis] = std::clamp(q1 - cell, 0.0, 1.0);
+    }
+    std::array<double, 8> corners{};
+    if (!this->LoadCell(base, start, stop, corners))
+    {
+      return;
+    }
+    const auto range = std::minmax_element(corners.begin(), corners.end());
+    if (this->Transfer.IsRangeEmpty(*range.first, *range.second))
+    {
+      return;
+    }
+    const TruthCubic cubic = TruthCubic::FromCell(corners, start, stop);
+    if (cubic.IsConstant() && !this->Scene.Shading)
+    {
+      this->UniformPiece(from, to, cubic(0));
+      return;
+    }
+    std::array<double, 4> cuts{};
+    const int pieces = cubic.MonotonePieces(cuts);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(pieces) && !this->Done(); ++i)
+    {
+      this->MonotonePiece(from, to, cubic, cuts[i], cuts[i + 1]);
+    }
+  }
+
+  /// False where a NaN takes part. Corners of weight zero all along the piece repeat their
+  /// neighbours.
+  bool LoadCell(const Int3& base, const Double3& start, const Double3& stop,
+    std::array<double, 8>& corners) const
+  {
+    for (std::size_t corner = 0; corner < 8; ++corner)
+    {
+      Int3 index = base;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+      {
+        const bool onlyLower = start[axis] == 0 && stop[axis] == 0;
+        const bool onlyUpper = start[axis] == 1 && stop[axis] == 1;
+        const bool upper = onlyUpper || (!onlyLower && (corner >> axis & 1) != 0);
+        index[axis] += upper ? 1 : 0;
+      }
+      corners[corner] = this->Volume.ClampedVoxel(this->Level, index[0], index[1], index[2]);
+      if (std::isnan(corners[corner]))
+      {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  /// [lower, upper] within [0, 1], the parameter of the cubic on the stretch [from, to] of the ray.
+  void MonotonePiece(double from, double to, const TruthCubic& cubic, double lower, double upper)
+  {
+    const std::vector<double>& knots = this->Transfer.Knots();
+    const double first = cubic(lower);
+    const double last = cubic(upper);
+    const bool rising = last >= first;
+    // Knots strictly between the two values, in the order in which the ray meets them.
+    auto low = std::upper_bound(knots.begin(), knots.end(), std::min(first, last));
+    auto high = std::lower_bound(low, knots.end(), std::max(first, last));
+    double s = lower;
+    while (low != high)
+    {
+      const double knot = rising ? *low++ : *--high;
+      const double next = std::clamp(cubic.Solve(knot, s, upper), s, upper);
+      this->SmoothPiece(from, to, cubic, s, next);
+      s = next;
+    }
+    this->SmoothPiece(from, to, cubic, s, upper);
+  }
+
+  /// No knot inside [lower, upper].
+  void SmoothPiece(double from, double to, const TruthCubic& cubic, double lower, double upper)
+  {
+    if (!(lower < upper) || this->Done())
+    {
+      return;
+    }
+    const std::vector<double>& knots = this->Transfer.Knots();
+    const double inside = cubic(0.5 * (lower + upper));
+    double smallest = inside;
+    double largest = inside;
+    if (!cubic.IsConstant())
+    {
+      // Rounding must not carry a value over a knot, where the functions may jump.
+      const double infinity = std::numeric_limits<double>::infinity();
+      const std::size_t interval = this->Transfer.IntervalOf(inside);
+      if (this->Transfer.IsIntervalEmpty(interval))
+      {
+        return;
+      }
+      smallest = interval == 0 ? -infinity : std::nextafter(knots[interval - 1], infinity);
+      largest = interval == knots.size() ? infinity : std::nextafter(knots[interval], -infinity);
+    }
+    const auto length = to - from;
+    const auto value = [&](double s) { return std::clamp(cubic(s), smallest, largest); };
+    if (this->Transfer.GetAlpha(value(0.5 * (lower + upper))) >= 1)
+    {
+      // Just behind the beginning: at it, a jump of the colour belongs to either side.
+      const double s = lower + 1e-12 * (upper - lower);
+      this->HitWall(this->Color(from + s * length, value(s)));
+      return;
+    }
+    const auto medium = [&](double s)
+    {
+      TruthMedium result;
+      const double v = value(s);
+      result.Sigma = length * this->Transfer.Extinction(this->Transfer.GetAlpha(v));
+      if (result.Sigma > 0)
+      {
+        result.Color = this->Color(from + s * length, v);
+      }
+      return result;
+    };
+    for (const double cut : this->Kinks(from, to, lower, upper))
+    {
+      IntegrateMedium(medium, lower, cut, this->PieceTolerance, this->Light);
+      lower = cut;
+    }
+  }
+
+  /// Cuts (lower, upper] where the shading may have kinks; the last cut is `upper`.
+  std::vector<double> Kinks(double from, double to, double lower, double upper) const
+  {
+    std::vector<double> result;
+    if (this->Scene.Shading)
+    {
+      std::array<double, 4> f{};
+      for (std::size_t i = 0; i < 4; ++i)
+      {
+        const double s = lower + (upper - lower) * static_cast<double>(i) / 3;
+        const Double3 difference = this->Volume.CentralDifference(
+          this->Level, this->At(from + s * (to - from)), this->GradientStep);
+        f[i] = this->Scene.Shading->Facing(this->Shading, this->Volume, this->Level, difference);
+      }
+      // The cubic through the values at 0, 1/3, 2/3 and 1.
+      TruthCubic facing;
+      facing.Coefficients = { f[0], (-11 * f[0] + 18 * f[1] - 9 * f[2] + 2 * f[3]) / 2,
+        (18 * f[0] - 45 * f[1] + 36 * f[2] - 9 * f[3]) / 2,
+        (-9 * f[0] + 27 * f[1] - 27 * f[2] + 9 * f[3]) / 2 };
+      std::array<double, 4> cuts{};
+      const auto pieces = static_cast<std::size_t>(facing.MonotonePieces(cuts));
+      for (std::size_t i = 0; i < pieces; ++i)
+      {
+        if (facing(cuts[i]) * facing(cuts[i + 1]) < 0)
+        {
+          const double cut = lower + (upper - lower) * facing.Solve(0, cuts[i], cuts[i + 1]);
+          if (cut > lower && cut < upper)
+          {
+            result.push_back(cut);
+          }
+        }
+      }
+    }
+    result.push_back(upper);
+    return result;
+  }
+
+  const TruthScene& Scene;
+  const TruthVolume& Volume;
+  const TruthTransfer& Transfer;
+  double PieceTolerance;
+  Double3 Start{}; // corner coordinates of level 0 at t = 0, and their growth per world length
+  Double3 Step{};
+  TruthShadingRay Shading;
+  Double3 GradientStep{ 1, 1, 1 };
+  int Level = 0;
+  TruthLight Light;
+  bool Wall = false;
+};
+
+double DepthOf(const std::vector<double>* opaqueDepth, const TruthCamera& camera, TruthPixel pixel)
+{
+  if (!opaqueDepth)
+  {
+    return std::numeric_limits<double>::infinity();
+  }
+  const auto index = static_cast<std::size_t>(pixel.Y) * static_cast<std::size_t>(camera.Width()) +
+    static_cast<std::size_t>(pixel.X);
+  assert(index < opaqueDepth->size());
+  return (*opaqueDepth)[index];
+}
+
+} // namespace
+
+TruthColor IntegratePixel(
+  const TruthScene& scene, int x, int y, double offsetX, double offsetY, double opaqueDepth)
+{
+  return RayIntegrator(scene, scene.Camera.Ray(x, y, offsetX, offsetY)).Run(opaqueDepth);
+}
+
+std::vector<TruthPixel> PixelBox(const TruthCamera& camera, int x, int y, int width, int height)
+{
+  std::vector<TruthPixel> pixels;
+  for (int j = std::max(y, 0); j < std::min(y + height, camera.Height()); ++j)
+  {
+    for (int i = std::max(x, 0); i < std::min(x + width, camera.Width()); ++i)
+    {
+      pixels.push_back({ i, j });
+    }
+  }
+  return pixels;
+}
+
+std::vector<TruthPixel> AllPixels(const TruthCamera& camera)
+{
+  return PixelBox(camera, 0, 0, camera.Width(), camera.Height());
+}
+
+std::vector<TruthColor> RenderTruth(const TruthScene& scene, const std::vector<TruthPixel>& pixels,
+  const std::vector<double>* opaqueDepth)
+{
+  std::vector<TruthColor> result(pixels.size());
+  const auto count = static_cast<std::int64_t>(pixels.size());
+#pragma omp parallel for schedule(dynamic, 4)
+  for (std::int64_t i = 0; i < count; ++i)
+  {
+    const TruthPixel pixel = pixels[static_cast<std::size_t>(i)];
+    result[static_cast<std::size_t>(i)] =
+      IntegratePixel(scene, pixel.X, pixel.Y, 0, 0, DepthOf(opaqueDepth, scene.Camera, pixel));
+  }
+  return result;
+}
+
+TruthEnvelope RenderEnvelope(const TruthScene& scene, const std::vector<TruthPixel>& pixels,
+  const std::vector<double>* opaqueDepth)
+{
+  TruthEnvelope result;
+  result.Center.resize(pixels.size());
+  result.Min.resize(pixels.size());
+  result.Max.resize(pixels.size());
+  const auto count = static_cast<std::int64_t>(pixels.size());
+#pragma omp parallel for schedule(dynamic, 4)
+  for (std::int64_t i = 0; i < count; ++i)
+  {
+    const auto at = static_cast<std::size_t>(i);
+    const TruthPixel pixel = pixels[at];
+    const double depth = DepthOf(opaqueDepth, scene.Camera, pixel);
+    for (int ray = 0; ray < 9; ++ray)
+    {
+      // The centre first.
+      const int place = (ray + 4) % 9;
+      const double offsetX = (place % 3 - 1) / 32.0;
+      const double offsetY = (place / 3 - 1) / 32.0;
+      const TruthColor color = IntegratePixel(scene, pixel.X, pixel.Y, offsetX, offsetY, depth);
+      if (ray == 0)
+      {
+        result.Center[at] = result.Min[at] = result.Max[at] = color;
+      }
+      for (std::size_t c = 0; c < 4; ++c)
+      {
+        result.Min[at][c] = std::min(result.Min[at][c], color[c]);
+        result.Max[at][c] = std::max(result.Max[at][c], color[c]);
+      }
+    }
+  }
+  return result;
+}
+
+std::vector<float> ToFloat(const std::vector<TruthColor>& colors)
+{
+  std::vector<float> result;
+  result.reserve(4 * colors.size());
+  for (const TruthColor& color : colors)
+  {
+    for (const double channel : color)
+    {
+      result.push_back(static_cast<float>(channel));
+    }
+  }
+  return result;
+}
+
+} // namespace teravox

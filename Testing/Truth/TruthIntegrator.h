@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "TruthCamera.h"
+#include "TruthLevelOfDetail.h"
+#include "TruthShading.h"
+#include "TruthTransfer.h"
+#include "TruthVolume.h"
+
+#include <array>
+#include <limits>
+#include <vector>
+
+namespace teravox
+{
+
+/// Premultiplied red, green, blue, and opacity.
+using TruthColor = std::array<double, 4>;
+
+/// Everything that the truth of a picture depends on, beside the pixel. Not owned.
+struct TruthScene
+{
+  const TruthVolume& Volume;
+  const TruthTransfer& Transfer;
+  const TruthCamera& Camera;
+  TruthLevelOfDetail LevelOfDetail;
+  const TruthShading* Shading = nullptr; ///< null: unshaded
+  double Tolerance = 1e-9;               ///< absolute, per pixel and channel
+};
+
+/// The truth of a pixel: the integral of c sigma exp(-tau) along the ray through
+/// (x + 0.5 + offsetX, y + 0.5 + offsetY), from the near plane to the end of the box, the far plane
+/// or the opaque view depth, whichever is first. Ends where the transmittance is below 1e-12.
+///
+/// Linear interpolation: the ray is cut at the view depths where lambda changes and at all planes
+/// of voxel centres; in a piece the field is a cubic, which is cut where it is stationary and where
+/// it meets a knot of the transfer function; what is left is smooth and integrated adaptively.
+/// Nearest: cut at voxel faces, closed form. NaN adds nothing.
+TruthColor IntegratePixel(const TruthScene& scene, int x, int y, double offsetX = 0,
+  double offsetY = 0, double opaqueDepth = std::numeric_limits<double>::infinity());
+
+struct TruthPixel
+{
+  int X;
+  int Y;
+};
+/// The pixels of a box, x fastest, from the lower left; those outside the picture are left out.
+std::vector<TruthPixel> PixelBox(const TruthCamera& camera, int x, int y, int width, int height);
+std::vector<TruthPixel> AllPixels(const TruthCamera& camera);
+
+/// The truth of many pixels, in their order, on all cores. `opaqueDepth`: view depths of opaque
+/// geometry for the *whole* picture (x fastest, lower left first; infinite where there is none), or
+/// null.
+std::vector<TruthColor> RenderTruth(const TruthScene& scene, const std::vector<TruthPixel>& pixels,
+  const std::vector<double>* opaqueDepth = nullptr);
+
+/// Smallest and largest truth over the 9 rays within +-1/32 pixel, per pixel and channel.
+struct TruthEnvelope
+{
+  std::vector<TruthColor> Center;
+  std::vector<TruthColor> Min;
+  std::vector<TruthColor> Max;
+};
+TruthEnvelope RenderEnvelope(const TruthScene& scene, const std::vector<TruthPixel>& pixels,
+  const std::vector<double>* opaqueDepth = nullptr);
+
+/// As a plain RGBA buffer, for ImageMetrics.
+std::vector<float> ToFloat(const std::vector<TruthColor>& colors);
+
+} // namespace teravox

@@ -1,0 +1,129 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "AtlasPlan.h"
+
+#include "PageTable.h"
+
+#include <algorithm>
+#include <string>
+
+namespace teravox
+{
+
+namespace
+{
+constexpr std::uint64_t SlotTableEntryBytes = 16;
+constexpr std::uint32_t SmallestAtlas = 2;
+
+// One page block for 96 slots: a surface crosses some 90 of the 512 bricks of a block.
+std::uint32_t PageBlocksFor(const PyramidLayout& layout, std::uint32_t slots)
+{
+  const auto chain = static_cast<std::uint32_t>(layout.PageDepth());
+  return std::max<std::uint32_t>({ 64, slots / 96, 4 * chain });
+}
+
+AtlasPlan Complete(const PyramidLayout& layout, const AtlasRequest& request, const Int3& perAxis,
+  const Int3& size)
+{
+  AtlasPlan plan;
+  plan.SlotsPerAxis = perAxis;
+  plan.AtlasSize = size;
+  plan.Slots = static_cast<std::uint32_t>(
+    std::min<std::int64_t>(perAxis[0] * perAxis[1] * perAxis[2], request.MaximumSlots));
+  plan.PageBlocks = PageBlocksFor(layout, plan.Slots);
+  plan.AtlasBytes = static_cast<std::uint64_t>(size[0] * size[1] * size[2]) * request.BytesPerTexel;
+  plan.DirectoryBytes = static_cast<std::uint64_t>(layout.DirectoryEntries()) * sizeof(PageEntry);
+  plan.PageBlockBytes =
+    std::uint64_t{ plan.PageBlocks } * PageTable::EntriesPerBlock * sizeof(PageEntry);
+  plan.SlotTableBytes = request.SlotTable ? plan.Slots * SlotTableEntryBytes : 0;
+  plan.FeedbackBytes = 4 *
+    (std::uint64_t{ FeedbackHeaderWords } +
+      std::uint64_t{ RequestTableEntries } * RequestTableWords + plan.Slots + plan.PageBlocks);
+  return plan;
+}
+
+std::int64_t PowerOfTwoAtLeast(std::int64_t n)
+{
+  std::int64_t p = 1;
+  while (p < n)
+  {
+    p *= 2;
+  }
+  return p;
+}
+} // namespace
+
+Result<AtlasPlan> PlanAtlas(const PyramidLayout& layout, const AtlasRequest& request)
+{
+  const std::int64_t edge = layout.StoredSize();
+  const std::int64_t most = request.MaximumTextureSize / edge;
+  const std::int64_t useful = std::max<std::int64_t>(
+    SmallestAtlas, std::min<std::int64_t>(layout.TotalBricks(), request.MaximumSlots));
+  bool found = false;
+  AtlasPlan best;
+  AtlasPlan least;
+  // Candidates per axis: with powers of two every edge that holds a slot; else every count.
+  const auto sizeFor = [&](std::int64_t count)
+  { return request.PowerOfTwo ? PowerOfTwoAtLeast(count * edge) : count * edge; };
+  const auto next = [&](std::int64_t count)
+  {
+    if (!request.PowerOfTwo)
+    {
+      return count + 1;
+    }
+    return 2 * sizeFor(count) / edge;
+  };
+  const std::int64_t first = request.PowerOfTwo ? sizeFor(1) / edge : 1;
+  for (std::int64_t z = first; z <= most; z = next(z))
+  {
+    for (std::int64_t y = z; y <= most; y = next(y))
+    {
+      for (std::int64_t x = y; x <= most; x = next(x))
+      {
+        const std::int64_t count = x * y * z;
+        if (count < SmallestAtlas)
+        {
+          continue;
+        }
+        const AtlasPlan plan =
+          Complete(layout, request, { x, y, z }, { sizeFor(x), sizeFor(y), sizeFor(z) });
+        if (least.Slots == 0 || plan.TotalBytes() < least.TotalBytes())
+        {
+          least = plan;
+        }
+        if (plan.TotalBytes() > request.BudgetBytes)
+        {
+          break;
+        }
+        const auto worth = [&](const AtlasPlan& p)
+        { return std::min<std::int64_t>(p.Slots, useful); };
+        if (!found || worth(plan) > worth(best) ||
+          (worth(plan) == worth(best) && plan.TotalBytes() < best.TotalBytes()))
+        {
+          found = true;
+          best = plan;
+        }
+      }
+    }
+  }
+  if (!found)
+  {
+    if (least.Slots == 0)
+    {
+      return Status(StatusCode::ResourceExhausted,
+        "A brick of " + std::to_string(edge) +
+          " voxels per axis (with its border) doesn't fit twice into a texture of at most " +
+          std::to_string(request.MaximumTextureSize) + " texels per axis.");
+    }
+    return Status(StatusCode::ResourceExhausted,
+      "The GPU budget leaves " + std::to_string(request.BudgetBytes) +
+        " bytes for bricks and their page table; the least that works is " +
+        std::to_string(least.TotalBytes()) + " bytes.");
+  }
+  best.Slots =
+    static_cast<std::uint32_t>(std::min<std::int64_t>({ best.Slots, useful }));
+  best.SlotTableBytes = request.SlotTable ? best.Slots * SlotTableEntryBytes : 0;
+  return best;
+}
+
+} // namespace teravox

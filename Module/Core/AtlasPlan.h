@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "PyramidLayout.h"
+#include "Status.h"
+
+#include <cstdint>
+
+namespace teravox
+{
+
+/// How the GPU budget is divided: the one place where its parts are computed.
+/// Thread: immutable value.
+struct AtlasPlan
+{
+  Int3 SlotsPerAxis{ 0, 0, 0 };
+  Int3 AtlasSize{ 0, 0, 0 };    ///< texels; powers of two if the driver's own filter is used
+  std::uint32_t Slots = 0;      ///< at most SlotsPerAxis[0]*[1]*[2]
+  std::uint32_t PageBlocks = 0; ///< blocks in the pool
+  std::uint64_t AtlasBytes = 0;
+  std::uint64_t DirectoryBytes = 0;
+  std::uint64_t PageBlockBytes = 0;
+  std::uint64_t SlotTableBytes = 0; ///< value offset and scale per slot
+  std::uint64_t FeedbackBytes = 0;  ///< request table and stamps
+
+  /// What address translation needs: directory, page blocks and the table of slots.
+  std::uint64_t AddressingBytes() const
+  {
+    return this->DirectoryBytes + this->PageBlockBytes + this->SlotTableBytes;
+  }
+  std::uint64_t TotalBytes() const
+  {
+    return this->AtlasBytes + this->AddressingBytes() + this->FeedbackBytes;
+  }
+};
+
+struct AtlasRequest
+{
+  std::uint64_t BudgetBytes = 0;   ///< for everything in TotalBytes()
+  std::uint32_t BytesPerTexel = 1; ///< of the atlas texture, all components
+  bool PowerOfTwo = true;          ///< edges of the atlas (see DESIGN: values independent of slots)
+  bool SlotTable = false;          ///< wide types are stored relative to their brick
+  std::int64_t MaximumTextureSize = 2048;
+  std::uint32_t MaximumSlots = ~std::uint32_t{ 0 }; ///< for tests of small atlases
+};
+
+/// Entries of the request table of one pass.
+inline constexpr std::uint32_t RequestTableEntries = 4096;
+/// Words of one entry of the request table: tag, x, y, z, level, weight.
+inline constexpr std::uint32_t RequestTableWords = 6;
+/// Words before the request table: flags and counters.
+inline constexpr std::uint32_t FeedbackHeaderWords = 16;
+
+/// Divides a budget. The atlas never has more slots than the pyramid has bricks (but at least 2).
+/// Errors: ResourceExhausted, with the least budget that works.
+Result<AtlasPlan> PlanAtlas(const PyramidLayout& layout, const AtlasRequest& request);
+
+} // namespace teravox

@@ -1,0 +1,459 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Residency.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace teravox
+{
+
+namespace
+{
+constexpr std::uint64_t NoRank = ~std::uint64_t{ 0 };
+
+std::int64_t FloorDivide(double value, double by)
+{
+  constexpr double limit = 4.0e18;
+  return static_cast<std::int64_t>(std::clamp(std::floor(value / by), -limit, limit));
+}
+
+std::uint64_t Distance(std::int64_t a, std::int64_t b)
+{
+  const double d = std::abs(static_cast<double>(a) - static_cast<double>(b));
+  return static_cast<std::uint64_t>(std::min(d, 1.0e15));
+}
+} // namespace
+
+Residency::Residency(PageTable& table, std::uint32_t slots)
+  : Table(table)
+  , Slots(slots)
+  , BlockSlots(table.BlockCapacity())
+{
+  assert(slots >= 2);
+  for (std::uint32_t s = slots; s-- > 0;)
+  {
+    this->FreeSlots.push_back(s);
+  }
+}
+
+void Residency::SetPinned(std::vector<BrickKey> bricks)
+{
+  this->Pinned = std::move(bricks);
+  for (Slot& slot : this->Slots)
+  {
+    slot.Pinned = slot.Used &&
+      std::find(this->Pinned.begin(), this->Pinned.end(), slot.Key) != this->Pinned.end();
+  }
+}
+
+std::uint64_t Residency::ArrivedBytes() const
+{
+  std::uint64_t bytes = 0;
+  for (const auto& item : this->Arrived)
+  {
+    bytes += item.second->SizeInBytes();
+  }
+  return bytes;
+}
+
+Residency::Rank Residency::RankOf(const BrickKey& brick, const ViewOrder& order) const
+{
+  const PyramidLayout& layout = this->Table.Layout();
+  const std::array<std::int64_t, 3> index{ brick.X, brick.Y, brick.Z };
+  const Int3& count = layout.Bricks(brick.Level);
+  std::uint64_t distance = 0;
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    if (order.Parallel)
+    {
+      distance += static_cast<std::uint64_t>(order.Direction[a] < 0 ? count[a] - index[a] : index[a]);
+    }
+    else
+    {
+      const double edge =
+        static_cast<double>(layout.BrickSize()) * static_cast<double>(layout.Factor(brick.Level)[a]);
+      distance += Distance(index[a], FloorDivide(order.Eye[a], edge));
+    }
+  }
+  return std::uint64_t{ brick.Level } << 56 | std::min(distance, (std::uint64_t{ 1 } << 56) - 1);
+}
+
+Residency::Rank Residency::NearestRank(const BrickKey& block, const ViewOrder& order) const
+{
+  // The nearest brick of the region: per axis the index clamped to the eye's.
+  const PyramidLayout& layout = this->Table.Layout();
+  BrickKey nearest = block;
+  nearest.PageLevel = 0;
+  std::int64_t edge = 1;
+  for (int k = 0; k < block.PageLevel; ++k)
+  {
+    edge *= PageBlockEdge;
+  }
+  const std::array<std::uint32_t BrickKey::*, 3> axes{ &BrickKey::X, &BrickKey::Y, &BrickKey::Z };
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    const std::int64_t low = block.*axes[a] * edge;
+    const std::int64_t high = std::min(low + edge, layout.Bricks(block.Level)[a]) - 1;
+    std::int64_t at = order.Direction[a] < 0 ? high : low;
+    if (!order.Parallel)
+    {
+      const double size =
+        static_cast<double>(layout.BrickSize()) * static_cast<double>(layout.Factor(block.Level)[a]);
+      at = std::clamp(FloorDivide(order.Eye[a], size), low, std::max(low, high));
+    }
+    nearest.*axes[a] = static_cast<std::uint32_t>(at);
+  }
+  return this->RankOf(nearest, order);
+}
+
+bool Residency::TakeSlot(Rank rank, const ViewOrder& order, std::uint32_t& slot)
+{
+  if (!this->FreeSlots.empty())
+  {
+    slot = this->FreeSlots.back();
+    this->FreeSlots.pop_back();
+    return true;
+  }
+  // Dead bricks first, the least recently used of them; then the one that is needed last, if it is
+  // needed after this one.
+  std::uint32_t dead = PageEntry::SlotMask;
+  std::uint32_t last = PageEntry::SlotMask;
+  Rank lastRank = 0;
+  for (std::uint32_t s = 0; s < this->Slots.size(); ++s)
+  {
+    const Slot& candidate = this->Slots[s];
+    if (candidate.Pinned || candidate.MappedIn == this->StepNumber)
+    {
+      continue;
+    }
+    const Rank candidateRank = this->RankOf(candidate.Key, order);
+    if (candidateRank <= this->Front)
+    {
+      if (dead == PageEntry::SlotMask || candidate.LastUsed < this->Slots[dead].LastUsed)
+      {
+        dead = s;
+      }
+    }
+    else if (last == PageEntry::SlotMask || candidateRank > lastRank)
+    {
+      last = s;
+      lastRank = candidateRank;
+    }
+  }
+  if (dead != PageEntry::SlotMask)
+  {
+    slot = dead;
+  }
+  else if (last != PageEntry::SlotMask && lastRank > rank)
+  {
+    slot = last;
+  }
+  else
+  {
+    return false;
+  }
+  this->Table.UnmapBrick(this->Slots[slot].Key);
+  this->SlotOf.erase(this->Slots[slot].Key);
+  this->Slots[slot].Used = false;
+  ++this->Evictions;
+  return true;
+}
+
+void Residency::UnmapBlockTree(const BrickKey& block)
+{
+  for (const BrickKey& child : this->Table.ChildBlocks(block))
+  {
+    this->UnmapBlockTree(child);
+  }
+  this->Table.UnmapBlock(block);
+  ++this->BlockEvictions;
+}
+
+bool Residency::TakeBlockSlot(const BrickKey& wanted, const ViewOrder& order, std::uint32_t& slot)
+{
+  const std::uint32_t capacity = this->Table.BlockCapacity();
+  if (this->Table.NumberOfBlocks() < capacity)
+  {
+    for (slot = 0; slot < capacity; ++slot)
+    {
+      if (!this->Table.BlockInSlot(slot))
+      {
+        return true;
+      }
+    }
+  }
+  // Least recently used first among blocks that lie before the front, else the farthest.
+  const Rank wantedRank = this->NearestRank(wanted, order);
+  std::uint32_t best = capacity;
+  bool bestIdle = false;
+  Rank bestRank = 0;
+  for (std::uint32_t s = 0; s < capacity; ++s)
+  {
+    const BrickKey key = *this->Table.BlockInSlot(s);
+    if (this->ProtectedBlocks.count(key) != 0 || this->BlockSlots[s].MappedIn == this->StepNumber)
+    {
+      continue;
+    }
+    // The last pass didn't use it: whatever rays still come, they can fetch it again.
+    const bool idle = this->BlockSlots[s].LastUsed + 1 < this->StepNumber;
+    const Rank rank = idle ? NoRank - this->BlockSlots[s].LastUsed : this->NearestRank(key, order);
+    if (best == capacity || (idle && !bestIdle) || (idle == bestIdle && rank > bestRank))
+    {
+      best = s;
+      bestIdle = idle;
+      bestRank = rank;
+    }
+  }
+  if (best == capacity || (!bestIdle && bestRank <= wantedRank && wantedRank != this->Front))
+  {
+    return false;
+  }
+  this->UnmapBlockTree(*this->Table.BlockInSlot(best));
+  slot = best;
+  return true;
+}
+
+void Residency::Accept(std::vector<LoadResult> finished, FramePlan& plan)
+{
+  for (LoadResult& result : finished)
+  {
+    if (!result.Outcome)
+    {
+      if (result.Key.PageLevel == 0)
+      {
+        if (!this->Table.IsFailed(result.Key))
+        {
+          this->Table.SetFailed(result.Key);
+          plan.Failures.push_back(std::move(result));
+        }
+      }
+      else
+      {
+        // Without ranges nothing is known to be empty; the bricks themselves may be readable.
+        this->ArrivedBlocks[result.Key] =
+          std::make_shared<std::vector<ValueRange>>(PageTable::EntriesPerBlock);
+        plan.Failures.push_back(std::move(result));
+      }
+    }
+    else if (result.Key.PageLevel > 0)
+    {
+      this->ArrivedBlocks[result.Key] = std::move(result.Ranges);
+    }
+    else if (this->SlotOf.count(result.Key) == 0)
+    {
+      this->Arrived[result.Key] = std::move(result.Brick);
+    }
+  }
+}
+
+void Residency::MakeRoomForFront(const FramePlan& plan, const ViewOrder& order)
+{
+  // Bricks that arrived too early must not keep the host budget from the one that all wait for.
+  if (!plan.Uploads.empty() || plan.Requests.empty() || this->Arrived.empty())
+  {
+    return;
+  }
+  auto farthest = this->Arrived.begin();
+  Rank farthestRank = 0;
+  for (auto item = this->Arrived.begin(); item != this->Arrived.end(); ++item)
+  {
+    const Rank rank = this->RankOf(item->first, order);
+    if (rank > farthestRank || (rank == farthestRank && farthest->first < item->first))
+    {
+      farthest = item;
+      farthestRank = rank;
+    }
+  }
+  const BrickKey& front = plan.Requests.front().Key;
+  const Rank frontRank =
+    front.PageLevel == 0 ? this->RankOf(front, order) : this->NearestRank(front, order);
+  if (farthestRank > frontRank)
+  {
+    this->Arrived.erase(farthest);
+  }
+}
+
+FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> finished,
+  const ViewOrder& order, std::size_t limitUploads)
+{
+  FramePlan plan;
+  ++this->StepNumber;
+  for (const std::uint32_t s : feedback.UsedSlots)
+  {
+    this->Slots[s].LastUsed = this->StepNumber;
+  }
+  for (const std::uint32_t s : feedback.UsedBlocks)
+  {
+    this->BlockSlots[s].LastUsed = this->StepNumber;
+  }
+  this->Accept(std::move(finished), plan);
+
+  struct Wish
+  {
+    Rank Order;
+    BrickKey Key;
+    std::uint32_t Weight;
+    bool Pin;
+  };
+  std::vector<Wish> wishes;
+  wishes.reserve(feedback.Missed.size() + this->Pinned.size());
+  for (const BrickKey& key : this->Pinned)
+  {
+    if (this->SlotOf.count(key) == 0 && !this->Table.IsFailed(key))
+    {
+      wishes.push_back({ 0, key, ~std::uint32_t{ 0 }, true });
+    }
+  }
+  this->Front = NoRank;
+  for (const Feedback::Miss& miss : feedback.Missed)
+  {
+    const Rank rank = this->RankOf(miss.Key, order);
+    this->Front = std::min(this->Front, rank);
+    wishes.push_back({ rank, miss.Key, miss.Weight, false });
+  }
+  std::sort(wishes.begin(), wishes.end(),
+    [](const Wish& a, const Wish& b)
+    { return a.Order != b.Order ? a.Order < b.Order : a.Key < b.Key; });
+  if (feedback.Missed.empty())
+  {
+    this->Front = 0; // nothing is known to be dead
+  }
+
+  // What arrived but isn't wished for any more gives its memory back (the host cache may keep it).
+  std::unordered_set<BrickKey, BrickKeyHash> wished;
+  this->ProtectedBlocks.clear();
+  for (const Wish& wish : wishes)
+  {
+    wished.insert(wish.Key);
+    BrickKey block = wish.Key;
+    while (block.PageLevel < this->Table.Layout().PageDepth())
+    {
+      block = PageTable::ParentBlock(block);
+      wished.insert(block);
+    }
+  }
+  for (auto item = this->Arrived.begin(); item != this->Arrived.end();)
+  {
+    item = wished.count(item->first) == 0 ? this->Arrived.erase(item) : std::next(item);
+  }
+  for (auto item = this->ArrivedBlocks.begin(); item != this->ArrivedBlocks.end();)
+  {
+    item = wished.count(item->first) == 0 ? this->ArrivedBlocks.erase(item) : std::next(item);
+  }
+
+  std::unordered_set<BrickKey, BrickKeyHash> requested;
+  this->Missing = 0;
+  double priority = static_cast<double>(wishes.size()) + 1;
+  const auto request = [&](const BrickKey& key)
+  {
+    if (requested.insert(key).second)
+    {
+      plan.Requests.push_back({ key, priority });
+    }
+  };
+  // A little more than fits, so that the loader has work while a pass is drawn.
+  std::size_t loadable = this->Slots.size() + 32;
+  for (const Wish& wish : wishes)
+  {
+    priority -= 1;
+    // The way to the entry, topmost block first.
+    std::vector<BrickKey> chain;
+    BrickKey block = wish.Key;
+    while (block.PageLevel < this->Table.Layout().PageDepth())
+    {
+      block = PageTable::ParentBlock(block);
+      chain.push_back(block);
+    }
+    bool mapped = true;
+    for (auto key = chain.rbegin(); key != chain.rend(); ++key)
+    {
+      if (this->Table.HasBlock(*key))
+      {
+        this->ProtectedBlocks.insert(*key);
+        continue;
+      }
+      const auto arrived = this->ArrivedBlocks.find(*key);
+      if (arrived == this->ArrivedBlocks.end())
+      {
+        request(*key);
+        mapped = false;
+        continue;
+      }
+      std::uint32_t slot = 0;
+      if (!mapped || !this->TakeBlockSlot(*key, order, slot))
+      {
+        mapped = false;
+        continue;
+      }
+      this->Table.MapBlock(*key, slot, *arrived->second);
+      this->BlockSlots[slot] = { this->StepNumber, this->StepNumber };
+      this->ProtectedBlocks.insert(*key);
+      this->ArrivedBlocks.erase(arrived);
+    }
+    if (!mapped)
+    {
+      ++this->Missing;
+      continue;
+    }
+    const auto entry = this->Table.Entry(wish.Key);
+    if (entry && entry->GetState() != PageEntry::Unmapped)
+    {
+      continue; // single, failed, or resident since the pass
+    }
+    ++this->Missing;
+    const auto arrived = this->Arrived.find(wish.Key);
+    if (arrived == this->Arrived.end())
+    {
+      if (loadable > 0)
+      {
+        --loadable;
+        request(wish.Key);
+      }
+      continue;
+    }
+    std::uint32_t slot = 0;
+    if (plan.Uploads.size() >= limitUploads || !this->TakeSlot(wish.Order, order, slot))
+    {
+      continue;
+    }
+    this->Slots[slot] = { wish.Key, true, wish.Pin, this->StepNumber, this->StepNumber };
+    this->SlotOf[wish.Key] = slot;
+    this->Table.MapBrick(wish.Key, slot);
+    plan.Uploads.push_back({ slot, wish.Key, std::move(arrived->second) });
+    this->Arrived.erase(arrived);
+  }
+  this->MakeRoomForFront(plan, order);
+  return plan;
+}
+
+std::string Residency::CheckInvariants() const
+{
+  std::size_t used = 0;
+  for (std::uint32_t s = 0; s < this->Slots.size(); ++s)
+  {
+    if (!this->Slots[s].Used)
+    {
+      continue;
+    }
+    ++used;
+    const auto at = this->SlotOf.find(this->Slots[s].Key);
+    if (at == this->SlotOf.end() || at->second != s)
+    {
+      return "slot " + std::to_string(s) + " holds a brick that isn't recorded there";
+    }
+    const auto entry = this->Table.Entry(this->Slots[s].Key);
+    if (entry && entry->GetState() == PageEntry::Mapped && entry->Slot() != s)
+    {
+      return "the entry of " + this->Slots[s].Key.ToString() + " points to another slot";
+    }
+  }
+  if (used != this->SlotOf.size() || used + this->FreeSlots.size() != this->Slots.size())
+  {
+    return "used and free slots don't add up";
+  }
+  return this->Table.CheckInvariants();
+}
+
+} // namespace teravox

@@ -1,0 +1,128 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "TransferTable.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace teravox
+{
+
+namespace
+{
+constexpr double FewestIntervals = 4096;
+constexpr double MostIntervals = 65536;
+constexpr double IntervalsPerKnot = 16;
+
+// The interval outside which the function is constant, cut to the data.
+void ChooseDomain(
+  const TransferFunction& function, const ValueRange& data, double& low, double& high)
+{
+  const bool known = data.IsKnown() && !data.IsVoid();
+  low = function.Knots.empty() ? 0 : function.Knots.front();
+  high = function.Knots.empty() ? 1 : function.Knots.back();
+  if (known)
+  {
+    low = std::clamp(low, data.Min, data.Max);
+    high = std::clamp(high, data.Min, data.Max);
+  }
+  if (!(high > low))
+  {
+    // Constant over the data: any interval does.
+    high = low + std::max(1.0, std::abs(low) * 1e-6);
+  }
+}
+
+int ChooseIntervals(const TransferFunction& function, bool integers, double low, double high)
+{
+  const double range = high - low;
+  double closest = range;
+  for (std::size_t i = 1; i < function.Knots.size(); ++i)
+  {
+    const double a = std::clamp(function.Knots[i - 1], low, high);
+    const double b = std::clamp(function.Knots[i], low, high);
+    // Closer than this is a jump, which no table resolves.
+    if (b - a > range / MostIntervals)
+    {
+      closest = std::min(closest, b - a);
+    }
+  }
+  const double wanted =
+    std::clamp(IntervalsPerKnot * range / closest, FewestIntervals, MostIntervals);
+  const bool whole = integers && low == std::floor(low) && high == std::floor(high);
+  if (whole && range <= MostIntervals)
+  {
+    return static_cast<int>(range * std::max(1.0, std::floor(wanted / range)));
+  }
+  return static_cast<int>(std::exp2(std::ceil(std::log2(wanted))));
+}
+} // namespace
+
+TransferTable BuildTransferTable(
+  const TransferFunction& function, const ValueRange& data, bool integers, double smallestStep)
+{
+  TransferTable table;
+  ChooseDomain(function, data, table.Low, table.High);
+  const int intervals = ChooseIntervals(function, integers, table.Low, table.High);
+  table.Nodes = intervals + 1;
+  table.NodesPerUnit = intervals / (table.High - table.Low);
+  // exp(-40) is far below what a float accumulator resolves.
+  table.WallExtinction = 40.0 / smallestStep;
+
+  const auto nodes = static_cast<std::size_t>(table.Nodes);
+  std::vector<double> s(nodes + 1);
+  std::vector<std::array<double, 3>> g(nodes + 1);
+  for (std::size_t i = 0; i < nodes; ++i)
+  {
+    const double value = i + 1 == nodes
+      ? table.High
+      : table.Low + static_cast<double>(i) / intervals * (table.High - table.Low);
+    const double opacity = std::clamp(function.Opacity(value), 0.0, 1.0);
+    std::array<double, 3> color{};
+    function.Color(value, color.data());
+    s[i] = opacity >= 1
+      ? table.WallExtinction
+      : std::min(-std::log1p(-opacity) / function.UnitDistance, table.WallExtinction);
+    s[i] = static_cast<double>(static_cast<float>(s[i])); // as the table stores it
+    for (std::size_t c = 0; c < 3; ++c)
+    {
+      g[i][c] = static_cast<double>(static_cast<float>(s[i] * std::clamp(color[c], 0.0, 1.0)));
+    }
+  }
+  s[nodes] = s[nodes - 1];
+  g[nodes] = g[nodes - 1];
+
+  table.Texels.assign((nodes + 1) * 16, 0.0f);
+  double integral = 0;
+  std::array<double, 3> emission{};
+  double occupied = 0;
+  for (std::size_t i = 0; i <= nodes; ++i)
+  {
+    float* texel = &table.Texels[i * 16];
+    const auto high = static_cast<float>(integral);
+    texel[0] = high;
+    texel[1] = static_cast<float>(integral - static_cast<double>(high));
+    texel[2] = static_cast<float>(s[i]);
+    texel[3] = static_cast<float>(s[std::min(i + 1, nodes)]);
+    texel[7] = static_cast<float>(occupied);
+    for (std::size_t c = 0; c < 3; ++c)
+    {
+      texel[4 + c] = static_cast<float>(emission[c]);
+      texel[8 + c] = static_cast<float>(emission[c] - static_cast<double>(texel[4 + c]));
+      texel[12 + c] = static_cast<float>(g[i][c]);
+    }
+    if (i < nodes)
+    {
+      integral += 0.5 * (s[i] + s[i + 1]);
+      occupied += s[i] > 0 || s[i + 1] > 0 ? 1 : 0;
+      for (std::size_t c = 0; c < 3; ++c)
+      {
+        emission[c] += 0.5 * (g[i][c] + g[i + 1][c]);
+      }
+    }
+  }
+  return table;
+}
+
+} // namespace teravox

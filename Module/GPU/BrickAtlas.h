@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "AtlasPlan.h"
+#include "GLObjects.h"
+#include "PageTable.h"
+#include "VoxelFormat.h"
+
+#include <memory>
+#include <vector>
+
+namespace teravox
+{
+
+/// The GPU's copy of what is resident: the atlas texture of slots, the page table (directory and
+/// pool of blocks in one buffer) and the table of slots. State of one context.
+/// Thread: used by the render thread only, with the context current.
+class BrickAtlas
+{
+public:
+  /// All storage is allocated here and never grows. Errors: ResourceExhausted.
+  static Result<std::unique_ptr<BrickAtlas>> Make(
+    GPUMemory& memory, const AtlasPlan& plan, const VoxelFormat& format, int storedSize);
+
+  void Upload(std::uint32_t slot, const Brick& brick);
+  /// Carries out the changes of a page table: whole blocks, and the directory.
+  void Apply(const PageTable& table, const PageTable::Changes& changes);
+
+  void Bind() const;
+  const AtlasPlan& Plan() const { return this->Plan_; }
+  const VoxelFormat& Format() const { return this->Format_; }
+  std::uint64_t BytesUploaded() const { return this->BytesUploaded_; }
+  std::uint64_t PageTableBytesUploaded() const { return this->TableBytesUploaded; }
+
+private:
+  BrickAtlas() = default;
+  AtlasPlan Plan_;
+  VoxelFormat Format_;
+  int StoredSize = 0;
+  GLTexture Texture;
+  GLBuffer Table;
+  GLBuffer Slots;
+  std::uint64_t BytesUploaded_ = 0;
+  std::uint64_t TableBytesUploaded = 0;
+};
+
+} // namespace teravox

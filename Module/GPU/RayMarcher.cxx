@@ -1,0 +1,394 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "RayMarcher.h"
+
+#include "SharedLayout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace teravox
+{
+
+static_assert(sizeof(MarchParameters) == 16 * (9 + 3 + 96 + 9 + 3),
+  "the uniform block of Shaders/Library/Bindings.glsl has no padding");
+
+Result<std::unique_ptr<RayMarcher>> RayMarcher::Make(GPUMemory& memory)
+{
+  GLint major = 0;
+  GLint minor = 0;
+  glGetIntegerv(GL_MAJOR_VERSION, &major);
+  glGetIntegerv(GL_MINOR_VERSION, &minor);
+  if (major < MinimumGLMajor || (major == MinimumGLMajor && minor < MinimumGLMinor))
+  {
+    const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+    return Status(StatusCode::Unsupported,
+      "Out-of-core volume rendering needs OpenGL " + std::to_string(MinimumGLMajor) + "." +
+        std::to_string(MinimumGLMinor) +
+        " (shader storage buffers, image load/store); this context has " + std::to_string(major) +
+        "." + std::to_string(minor) + " (" + (renderer != nullptr ? renderer : "unknown renderer") +
+        ").");
+  }
+  std::unique_ptr<RayMarcher> marcher(new RayMarcher(memory));
+  marcher->Uniforms =
+    GLBuffer(memory, GL_UNIFORM_BUFFER, sizeof(MarchParameters), nullptr, GL_DYNAMIC_DRAW);
+  marcher->Vertices = GLVertexArray::Make();
+  marcher->TileVertices = GLVertexArray::Make();
+  if (const Status status = marcher->RunProbe(); !status)
+  {
+    return status;
+  }
+  return marcher;
+}
+
+Result<const GLProgram*> RayMarcher::Program(
+  const std::string& vertex, const std::string& fragment, const ShaderVariant& variant)
+{
+  const std::string key = vertex + "+" + fragment + "+" + std::to_string(variant.Key());
+  const auto found = this->Programs.find(key);
+  if (found != this->Programs.end())
+  {
+    return &found->second;
+  }
+  Result<std::string> vertexText = AssembleShader(vertex, variant);
+  if (!vertexText)
+  {
+    return vertexText.GetStatus();
+  }
+  Result<std::string> fragmentText = AssembleShader(fragment, variant);
+  if (!fragmentText)
+  {
+    return fragmentText.GetStatus();
+  }
+  std::string error;
+  GLProgram program(vertexText.Value(), fragmentText.Value(), error);
+  if (program.Id() == 0)
+  {
+    std::string files;
+    for (int i = 0; ShaderFileName(i) != "?"; ++i)
+    {
+      files += (i == 0 ? "" : ", ") + std::to_string(i) + " = " + ShaderFileName(i);
+    }
+    return Status(StatusCode::Unsupported,
+      "The shader " + fragment + " doesn't compile with this driver (files: " + files +
+        "):\n" + error);
+  }
+  return &this->Programs.emplace(key, std::move(program)).first->second;
+}
+
+Result<bool> RayMarcher::ProbeFormat(GLenum internalFormat, GLenum type, std::size_t bytes)
+{
+  // Two copies of one 4^3 brick at places that differ in all axes.
+  constexpr int edge = 64;
+  constexpr int picture = 64;
+  const std::array<GLint, 3> placeA{ 0, 4, 8 };
+  const std::array<GLint, 3> placeB{ 36, 52, 59 };
+  GLTexture texture(
+    this->Memory, GL_TEXTURE_3D, internalFormat, edge, edge, edge, bytes, GL_LINEAR);
+  std::vector<std::uint8_t> texels(64 * bytes);
+  std::uint32_t random = 12345;
+  for (std::size_t i = 0; i < 64; ++i)
+  {
+    random = random * 1664525u + 1013904223u;
+    const float value = static_cast<float>(random >> 8) / 16777216.0f;
+    const auto u16 = static_cast<std::uint16_t>(value * 65535.0f);
+    const auto u8 = static_cast<std::uint8_t>(value * 255.0f);
+    const void* source = bytes == 4 ? static_cast<const void*>(&value)
+      : bytes == 2                  ? static_cast<const void*>(&u16)
+                                    : &u8;
+    std::memcpy(&texels[i * bytes], source, bytes);
+  }
+  texture.Bind(0);
+  for (const auto& place : { placeA, placeB })
+  {
+    glTexSubImage3D(
+      GL_TEXTURE_3D, 0, place[0], place[1], place[2], 4, 4, 4, GL_RED, type, texels.data());
+  }
+  GLTexture target(this->Memory, GL_TEXTURE_2D, GL_RGBA32F, picture, picture, 1, 16, GL_NEAREST);
+  GLFramebuffer framebuffer = GLFramebuffer::Make();
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.Id());
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target.Id(), 0);
+  Result<const GLProgram*> program = this->Program("FullScreen.vert", "Probe.frag", {});
+  if (!program)
+  {
+    return program.GetStatus();
+  }
+  const GLProgram& probe = *program.Value();
+  glUseProgram(probe.Id());
+  glUniform3f(probe.Uniform("u_scale"), 1.0f / edge, 1.0f / edge, 1.0f / edge);
+  const auto place = [&](const char* name, const std::array<GLint, 3>& p)
+  {
+    glUniform3f(probe.Uniform(name), static_cast<float>(p[0]), static_cast<float>(p[1]),
+      static_cast<float>(p[2]));
+  };
+  place("u_placeA", placeA);
+  place("u_placeB", placeB);
+  glViewport(0, 0, picture, picture);
+  glBindVertexArray(this->Vertices.Id());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  std::vector<float> results(static_cast<std::size_t>(picture) * picture * 4);
+  glReadPixels(0, 0, picture, picture, GL_RGBA, GL_FLOAT, results.data());
+  for (std::size_t i = 0; i < results.size(); i += 4)
+  {
+    if (results[i] != results[i + 1] || std::abs(results[i] - results[i + 2]) > 1e-6f)
+    {
+      return false;
+    }
+  }
+  return true;
+}
+
+Status RayMarcher::RunProbe()
+{
+  const auto probe = [this](GLenum format, GLenum type, std::size_t bytes, bool& exact)
+  {
+    const Result<bool> result = this->ProbeFormat(format, type, bytes);
+    exact = result && result.Value();
+    return result.GetStatus();
+  };
+  Status status = probe(GL_R8, GL_UNSIGNED_BYTE, 1, this->Probe_.R8);
+  if (status)
+  {
+    status = probe(GL_R16, GL_UNSIGNED_SHORT, 2, this->Probe_.R16);
+  }
+  if (status)
+  {
+    status = probe(GL_R32F, GL_FLOAT, 4, this->Probe_.R32F);
+  }
+  return status;
+}
+
+void RayMarcher::SetTransferTable(const TransferTable& table)
+{
+  const std::size_t bytes = table.Texels.size() * sizeof(float);
+  if (this->TransferBuffer.Size() != bytes)
+  {
+    this->TransferTexture.Release();
+    this->TransferBuffer = GLBuffer();
+    this->TransferBuffer =
+      GLBuffer(this->Memory, GL_TEXTURE_BUFFER, bytes, table.Texels.data(), GL_STATIC_DRAW);
+    this->TransferTexture = GLTexture(this->Memory, GL_RGBA32F, this->TransferBuffer);
+    return;
+  }
+  this->TransferBuffer.Write(0, bytes, table.Texels.data());
+}
+
+void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
+{
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
+  GLint samples = 0;
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
+  glGetIntegerv(GL_SAMPLES, &samples);
+  GLFramebuffer resolved;
+  GLTexture depth;
+  if (samples > 0)
+  {
+    // A blit between sample counts needs one format on both sides.
+    const GLenum attachment = framebuffer == 0 ? GL_DEPTH : GL_DEPTH_ATTACHMENT;
+    GLint bits = 0;
+    GLint type = 0;
+    GLint stencil = 0;
+    glGetFramebufferAttachmentParameteriv(
+      GL_READ_FRAMEBUFFER, attachment, GL_FRAMEBUFFER_ATTACHMENT_DEPTH_SIZE, &bits);
+    glGetFramebufferAttachmentParameteriv(
+      GL_READ_FRAMEBUFFER, attachment, GL_FRAMEBUFFER_ATTACHMENT_COMPONENT_TYPE, &type);
+    glGetFramebufferAttachmentParameteriv(
+      GL_READ_FRAMEBUFFER, attachment, GL_FRAMEBUFFER_ATTACHMENT_STENCIL_SIZE, &stencil);
+    GLenum format = GL_DEPTH_COMPONENT24;
+    if (type == GL_FLOAT)
+    {
+      format = stencil > 0 ? GL_DEPTH32F_STENCIL8 : GL_DEPTH_COMPONENT32F;
+    }
+    else if (bits == 16)
+    {
+      format = GL_DEPTH_COMPONENT16;
+    }
+    else if (bits == 32)
+    {
+      format = GL_DEPTH_COMPONENT32;
+    }
+    else if (stencil > 0)
+    {
+      format = GL_DEPTH24_STENCIL8;
+    }
+    depth = GLTexture(
+      this->Memory, GL_TEXTURE_2D, format, x + view.Width(), y + view.Height(), 1, 8, GL_NEAREST);
+    resolved = GLFramebuffer::Make();
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved.Id());
+    glFramebufferTexture2D(GL_DRAW_FRAMEBUFFER,
+      stencil > 0 ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth.Id(), 0);
+    glBlitFramebuffer(x, y, x + view.Width(), y + view.Height(), x, y, x + view.Width(),
+      y + view.Height(), GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved.Id());
+  }
+  view.Depth.Bind(3);
+  glCopyTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, x, y, view.Width(), view.Height());
+}
+
+Status RayMarcher::Begin(
+  ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals)
+{
+  Result<const GLProgram*> program = this->Program("FullScreen.vert", "Intervals.frag", {});
+  if (!program)
+  {
+    return program.GetStatus();
+  }
+  this->Uniforms.Write(0, sizeof(parameters), &parameters);
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, this->Uniforms.Id());
+  glViewport(0, 0, view.Width(), view.Height());
+  const GLProgram& p = *program.Value();
+  glUseProgram(p.Id());
+  glUniform3fv(p.Uniform("u_boxLow"), 1, intervals.BoxLow.data());
+  glUniform3fv(p.Uniform("u_boxHigh"), 1, intervals.BoxHigh.data());
+  glUniform2f(p.Uniform("u_nearFar"), intervals.Near, intervals.Far);
+  glUniform4fv(p.Uniform("u_depthToView"), 1, intervals.DepthToView.data());
+  glUniform1i(p.Uniform("u_hasDepth"), intervals.HasDepth ? 1 : 0);
+  view.Depth.Bind(3);
+  glBindFramebuffer(GL_FRAMEBUFFER, view.IntervalTarget.Id());
+  glBindVertexArray(this->Vertices.Id());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+
+  glBindFramebuffer(GL_FRAMEBUFFER, view.StateTarget.Id());
+  const std::array<float, 4> clear{ 0, 0, 0, 1 };
+  const std::array<GLint, 4> nowhere{ 0, 0, 0, 0 };
+  glClearBufferfv(GL_COLOR, 0, clear.data());
+  glClearBufferiv(GL_COLOR, 1, nowhere.data());
+
+  view.ActiveTiles.clear();
+  for (int y = 0; y < view.TilesY(); ++y)
+  {
+    for (int x = 0; x < view.TilesX(); ++x)
+    {
+      view.ActiveTiles.push_back(static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 16);
+    }
+  }
+  return {};
+}
+
+Result<PassResult> RayMarcher::DrawPass(
+  ViewState& view, const BrickAtlas& atlas, MarchParameters& parameters, const ShaderVariant& variant)
+{
+  Result<const GLProgram*> program = this->Program("Tiles.vert", "RayMarch.frag", variant);
+  if (!program)
+  {
+    return program.GetStatus();
+  }
+  // Stamps are compared for equality only; 0 is what a new buffer holds.
+  this->Stamp = this->Stamp == ~0u ? 1 : this->Stamp + 1;
+  parameters.Limits[1] = this->Stamp;
+  parameters.Limits[2] = view.BlockStampIndex();
+  parameters.Limits[3] = view.TileStampIndex();
+  parameters.Switches[2] = static_cast<std::uint32_t>(view.TilesX());
+  this->Uniforms.Write(0, sizeof(parameters), &parameters);
+
+  const std::vector<std::uint32_t> zeros(shared::FEEDBACK_STAMPS, 0);
+  view.Feedback.Write(0, zeros.size() * 4, zeros.data());
+  std::vector<std::uint32_t> tiles;
+  tiles.reserve(view.ActiveTiles.size() * 2);
+  for (const std::uint32_t tile : view.ActiveTiles)
+  {
+    tiles.push_back(tile & 0xffffu);
+    tiles.push_back(tile >> 16);
+  }
+  view.TileList.Write(0, tiles.size() * 4, tiles.data());
+
+  const GLProgram& p = *program.Value();
+  glUseProgram(p.Id());
+  glUniform2f(p.Uniform("u_pictureSize"), static_cast<float>(view.Width()),
+    static_cast<float>(view.Height()));
+  glBindFramebuffer(GL_FRAMEBUFFER, view.EmptyTarget.Id());
+  glViewport(0, 0, view.Width(), view.Height());
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, this->Uniforms.Id());
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, view.Feedback.Id());
+  glBindImageTexture(0, view.Color.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32F);
+  glBindImageTexture(1, view.Position.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32I);
+  atlas.Bind();
+  this->TransferTexture.Bind(1);
+  view.Intervals.Bind(2);
+  glBindVertexArray(this->TileVertices.Id());
+  glBindBuffer(GL_ARRAY_BUFFER, view.TileList.Id());
+  glEnableVertexAttribArray(0);
+  glVertexAttribIPointer(0, 2, GL_UNSIGNED_INT, 8, nullptr);
+  glVertexAttribDivisor(0, 1);
+  glMemoryBarrier(GL_ALL_BARRIER_BITS);
+  glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(view.ActiveTiles.size()));
+  glMemoryBarrier(GL_ALL_BARRIER_BITS);
+
+  PassResult result;
+  this->ReadFeedback(view, atlas.Plan(), result);
+  return result;
+}
+
+void RayMarcher::ReadFeedback(ViewState& view, const AtlasPlan& plan, PassResult& result)
+{
+  std::vector<std::uint32_t> words(view.FeedbackWords());
+  view.Feedback.Read(0, words.size() * 4, words.data());
+  result.Waiting = words[shared::FEEDBACK_WAITING] != 0;
+  result.Unfinished = words[shared::FEEDBACK_UNFINISHED] != 0;
+  result.Overflow = words[shared::FEEDBACK_OVERFLOW] != 0;
+  result.Fallback = words[shared::FEEDBACK_FALLBACK] != 0;
+  result.Samples = words[shared::FEEDBACK_SAMPLES];
+  result.Contributing = words[shared::FEEDBACK_CONTRIBUTING];
+  for (std::uint32_t e = 0; e < shared::REQUEST_ENTRIES; ++e)
+  {
+    const std::uint32_t* entry = &words[shared::FEEDBACK_HEADER_WORDS + e * shared::REQUEST_WORDS];
+    if (entry[0] != 0 && entry[4] != 0)
+    {
+      Feedback::Miss miss;
+      miss.Key.X = entry[1];
+      miss.Key.Y = entry[2];
+      miss.Key.Z = entry[3];
+      miss.Key.Level = static_cast<std::uint8_t>(entry[4] - 1);
+      miss.Weight = entry[5];
+      result.Report.Missed.push_back(miss);
+    }
+  }
+  for (std::uint32_t s = 0; s < plan.Slots; ++s)
+  {
+    if (words[shared::FEEDBACK_STAMPS + s] == this->Stamp)
+    {
+      result.Report.UsedSlots.push_back(s);
+    }
+  }
+  for (std::uint32_t s = 0; s < plan.PageBlocks; ++s)
+  {
+    if (words[view.BlockStampIndex() + s] == this->Stamp)
+    {
+      result.Report.UsedBlocks.push_back(s);
+    }
+  }
+  view.ActiveTiles.clear();
+  const auto columns = static_cast<std::uint32_t>(view.TilesX());
+  const std::uint32_t count = columns * static_cast<std::uint32_t>(view.TilesY());
+  for (std::uint32_t t = 0; t < count; ++t)
+  {
+    if (words[view.TileStampIndex() + t] == this->Stamp)
+    {
+      view.ActiveTiles.push_back((t % columns) | (t / columns) << 16);
+    }
+  }
+}
+
+Status RayMarcher::Compose(ViewState& view, GLuint framebuffer, int x, int y)
+{
+  Result<const GLProgram*> program = this->Program("FullScreen.vert", "Compose.frag", {});
+  if (!program)
+  {
+    return program.GetStatus();
+  }
+  const GLProgram& p = *program.Value();
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
+  glViewport(x, y, view.Width(), view.Height());
+  glEnable(GL_BLEND);
+  glBlendFuncSeparate(GL_ONE, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  glUseProgram(p.Id());
+  glUniform2i(p.Uniform("u_offset"), x, y);
+  view.Color.Bind(0);
+  glBindVertexArray(this->Vertices.Id());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glDisable(GL_BLEND);
+  return {};
+}
+
+} // namespace teravox

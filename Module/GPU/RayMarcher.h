@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "BrickAtlas.h"
+#include "GLObjects.h"
+#include "Residency.h"
+#include "ShaderLibrary.h"
+#include "TransferTable.h"
+#include "ViewState.h"
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace teravox
+{
+
+/// The uniform block of Shaders/Library/Bindings.glsl, std140: vectors of four only.
+struct MarchParameters
+{
+  using Vec = std::array<float, 4>;
+  using UVec = std::array<std::uint32_t, 4>;
+  std::array<Vec, 3> RayOrigin{};
+  std::array<Vec, 3> RayDirection{};
+  std::array<Vec, 3> RayWorld{};
+  UVec Anchor{};
+  UVec Dimensions{};
+  UVec Levels{};
+  std::array<UVec, 32> LevelFactor{};
+  std::array<UVec, 32> LevelBricks{};
+  std::array<Vec, 32> LevelStart{};
+  UVec Atlas{};
+  Vec AtlasScale{};
+  Vec Value{};
+  Vec Transfer{};
+  Vec Step{};
+  UVec Limits{};
+  UVec Switches{};
+  Vec Material{};
+  Vec LightColor{};
+  std::array<Vec, 3> Normal{};
+};
+
+/// Where the rays of a picture may run.
+struct IntervalParameters
+{
+  std::array<float, 3> BoxLow{};
+  std::array<float, 3> BoxHigh{};
+  float Near = 0; ///< view depths
+  float Far = 0;
+  bool HasDepth = false;              ///< ViewState::Depth holds the opaque depth
+  std::array<float, 4> DepthToView{}; ///< view depth = (x + y d) / (z + w d)
+};
+
+struct PassResult
+{
+  Feedback Report;
+  bool Waiting = false;
+  bool Unfinished = false;
+  bool Overflow = false;
+  bool Fallback = false;
+  std::uint64_t Samples = 0;
+  std::uint64_t Contributing = 0;
+};
+
+/// Draws passes of one variant with given atlas, transfer table, view and parameters. State of one
+/// context. Thread: used by the render thread only, with the context current and saved by a
+/// GLStateGuard.
+class RayMarcher
+{
+public:
+  /// Errors: Unsupported (the context lacks OpenGL 4.3; what is missing), a shader that doesn't compile.
+  static Result<std::unique_ptr<RayMarcher>> Make(GPUMemory& memory);
+
+  const FilterProbe& Probe() const { return this->Probe_; }
+  void SetTransferTable(const TransferTable& table);
+  std::uint64_t TransferBytes() const { return this->TransferBuffer.Size(); }
+
+  /// Copies the depth of the frame buffer that is bound for drawing, resolving samples.
+  void CopyDepth(ViewState& view, GLuint framebuffer, int x, int y);
+  /// Begins a picture: intervals, cleared accumulators, all tiles active.
+  Status Begin(ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals);
+  /// One pass over the active tiles.
+  Result<PassResult> DrawPass(
+    ViewState& view, const BrickAtlas& atlas, MarchParameters& parameters, const ShaderVariant& variant);
+  /// Blends the accumulators into a frame buffer at a place in pixels.
+  Status Compose(ViewState& view, GLuint framebuffer, int x, int y);
+
+private:
+  RayMarcher(GPUMemory& memory)
+    : Memory(memory)
+  {
+  }
+  Result<const GLProgram*> Program(
+    const std::string& vertex, const std::string& fragment, const ShaderVariant& variant);
+  Status RunProbe();
+  Result<bool> ProbeFormat(GLenum internalFormat, GLenum type, std::size_t bytes);
+  void ReadFeedback(ViewState& view, const AtlasPlan& plan, PassResult& result);
+
+  GPUMemory& Memory;
+  FilterProbe Probe_;
+  GLBuffer Uniforms;
+  GLBuffer TransferBuffer;
+  GLTexture TransferTexture;
+  GLVertexArray Vertices;
+  GLVertexArray TileVertices;
+  std::map<std::string, GLProgram> Programs;
+  std::uint32_t Stamp = 0;
+};
+
+} // namespace teravox

@@ -1,0 +1,161 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "ShaderLibrary.h"
+
+#include "EmbeddedShaders.h"
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <sstream>
+
+namespace teravox
+{
+
+namespace
+{
+struct Feature
+{
+  const char* Name;
+  bool ShaderVariant::*Member;
+};
+constexpr std::array<Feature, 9> Features = { {
+  { "TERAVOX_NEAREST", &ShaderVariant::Nearest },
+  { "TERAVOX_DRIVER_FILTER", &ShaderVariant::DriverFilter },
+  { "TERAVOX_FLOAT_DATA", &ShaderVariant::FloatData },
+  { "TERAVOX_SLOT_TABLE", &ShaderVariant::SlotTable },
+  { "TERAVOX_SHADE", &ShaderVariant::Shade },
+  { "TERAVOX_INTERACTIVE", &ShaderVariant::Interactive },
+  { "TERAVOX_SUBSTITUTE", &ShaderVariant::Substitute },
+  { "TERAVOX_COUNT", &ShaderVariant::Count },
+  { "TERAVOX_SHOW_LEVEL", &ShaderVariant::ShowLevel },
+} };
+
+Result<std::string> ReadShaderFile(const std::string& file)
+{
+  if (const char* folder = std::getenv("TERAVOX_SHADER_DIR"))
+  {
+    std::ifstream in(std::string(folder) + "/" + file);
+    if (!in)
+    {
+      return Status(StatusCode::NotFound, "The shader file " + file + " isn't in " + folder + ".");
+    }
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  }
+  const auto& files = EmbeddedShaders();
+  const auto at = files.find(file);
+  if (at == files.end())
+  {
+    return Status(StatusCode::NotFound, "There is no shader file " + file + ".");
+  }
+  return at->second;
+}
+
+int FileIndex(const std::string& file)
+{
+  const auto& files = EmbeddedShaders();
+  return static_cast<int>(std::distance(files.begin(), files.find(file)));
+}
+
+Status Append(const std::string& file, std::set<std::string>& included, std::string& text)
+{
+  if (!included.insert(file).second)
+  {
+    return {};
+  }
+  Result<std::string> content = ReadShaderFile(file);
+  if (!content)
+  {
+    return content.GetStatus();
+  }
+  const std::string index = std::to_string(FileIndex(file));
+  text += "#line 1 " + index + "\n";
+  std::istringstream lines(content.Value());
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number)
+  {
+    const std::string keyword = "#include \"";
+    if (line.compare(0, keyword.size(), keyword) == 0)
+    {
+      const std::string name =
+        line.substr(keyword.size(), line.find('"', keyword.size()) - keyword.size());
+      if (const Status status = Append(name, included, text); !status)
+      {
+        return status;
+      }
+      text += "#line " + std::to_string(number + 1) + " " + index + "\n";
+    }
+    else
+    {
+      text += line + "\n";
+    }
+  }
+  return {};
+}
+} // namespace
+
+unsigned ShaderVariant::Key() const
+{
+  unsigned key = 0;
+  for (std::size_t i = 0; i < Features.size(); ++i)
+  {
+    key |= this->*Features[i].Member ? 1u << i : 0u;
+  }
+  return key;
+}
+
+std::string ShaderVariant::Defines() const
+{
+  std::string text;
+  for (const Feature& feature : Features)
+  {
+    text += std::string("#define ") + feature.Name + (this->*feature.Member ? " 1\n" : " 0\n");
+  }
+  return text;
+}
+
+std::vector<ShaderVariant> ShaderVariant::All()
+{
+  std::vector<ShaderVariant> all;
+  for (unsigned key = 0; key < 1u << Features.size(); ++key)
+  {
+    ShaderVariant variant;
+    for (std::size_t i = 0; i < Features.size(); ++i)
+    {
+      variant.*Features[i].Member = (key >> i & 1u) != 0;
+    }
+    // Nearest never filters; an interactive variant substitutes anyway; the debug picture isn't lit.
+    if ((variant.Nearest && variant.DriverFilter && !variant.Shade) ||
+      (variant.Interactive && variant.Substitute) || (variant.ShowLevel && variant.Shade))
+    {
+      continue;
+    }
+    all.push_back(variant);
+  }
+  return all;
+}
+
+Result<std::string> AssembleShader(const std::string& file, const ShaderVariant& variant)
+{
+  std::string text = "#version 430 core\n" + variant.Defines();
+  std::set<std::string> included;
+  if (const Status status = Append(file, included, text); !status)
+  {
+    return status;
+  }
+  return text;
+}
+
+std::string ShaderFileName(int index)
+{
+  const auto& files = EmbeddedShaders();
+  if (index < 0 || index >= static_cast<int>(files.size()))
+  {
+    return "?";
+  }
+  return std::next(files.begin(), index)->first;
+}
+
+} // namespace teravox

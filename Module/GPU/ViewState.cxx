@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "ViewState.h"
+
+#include "SharedLayout.h"
+
+#include <array>
+
+namespace teravox
+{
+
+static_assert(shared::REQUEST_ENTRIES == RequestTableEntries);
+static_assert(shared::REQUEST_WORDS == RequestTableWords);
+static_assert(shared::FEEDBACK_HEADER_WORDS == FeedbackHeaderWords);
+static_assert(shared::TILE_SIZE == 32);
+
+std::uint32_t ViewState::BlockStampIndex() const
+{
+  return shared::FEEDBACK_STAMPS + this->Slots;
+}
+
+std::uint32_t ViewState::TileStampIndex() const
+{
+  return this->BlockStampIndex() + this->PageBlocks;
+}
+
+std::size_t ViewState::FeedbackWords() const
+{
+  return this->TileStampIndex() +
+    static_cast<std::size_t>(this->TilesX()) * static_cast<std::size_t>(this->TilesY());
+}
+
+bool ViewState::Resize(GPUMemory& memory, int width, int height, const AtlasPlan& plan)
+{
+  if (width == this->Width_ && height == this->Height_ && plan.Slots == this->Slots &&
+    plan.PageBlocks == this->PageBlocks && this->Feedback.Id() != 0)
+  {
+    return true;
+  }
+  this->Release();
+  this->Width_ = width;
+  this->Height_ = height;
+  this->Slots = plan.Slots;
+  this->PageBlocks = plan.PageBlocks;
+  while (glGetError() != GL_NO_ERROR)
+  {
+  }
+  const auto make = [&](GLenum format, std::size_t bytes)
+  { return GLTexture(memory, GL_TEXTURE_2D, format, width, height, 1, bytes, GL_NEAREST); };
+  this->Color = make(GL_RGBA32F, 16);
+  this->Position = make(GL_RGBA32I, 16);
+  this->Intervals = make(GL_RGBA32F, 16);
+  this->Depth = make(GL_DEPTH_COMPONENT32F, 4);
+  const std::vector<std::uint32_t> zeros(this->FeedbackWords(), 0);
+  this->Feedback = GLBuffer(
+    memory, GL_SHADER_STORAGE_BUFFER, zeros.size() * 4, zeros.data(), GL_DYNAMIC_READ);
+  this->TileList = GLBuffer(memory, GL_ARRAY_BUFFER,
+    static_cast<std::size_t>(this->TilesX()) * static_cast<std::size_t>(this->TilesY()) * 8, nullptr,
+    GL_STREAM_DRAW);
+
+  this->StateTarget = GLFramebuffer::Make();
+  glBindFramebuffer(GL_FRAMEBUFFER, this->StateTarget.Id());
+  glFramebufferTexture2D(
+    GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, this->Color.Id(), 0);
+  glFramebufferTexture2D(
+    GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, this->Position.Id(), 0);
+  const std::array<GLenum, 2> both{ GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1 };
+  glDrawBuffers(2, both.data());
+  this->IntervalTarget = GLFramebuffer::Make();
+  glBindFramebuffer(GL_FRAMEBUFFER, this->IntervalTarget.Id());
+  glFramebufferTexture2D(
+    GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, this->Intervals.Id(), 0);
+  this->EmptyTarget = GLFramebuffer::Make();
+  glBindFramebuffer(GL_FRAMEBUFFER, this->EmptyTarget.Id());
+  glFramebufferParameteri(GL_FRAMEBUFFER, GL_FRAMEBUFFER_DEFAULT_WIDTH, width);
+  glFramebufferParameteri(GL_FRAMEBUFFER, GL_FRAMEBUFFER_DEFAULT_HEIGHT, height);
+  return glGetError() == GL_NO_ERROR;
+}
+
+void ViewState::Release()
+{
+  this->Color.Release();
+  this->Position.Release();
+  this->Intervals.Release();
+  this->Depth.Release();
+  this->Feedback.Release();
+  this->TileList.Release();
+  this->StateTarget.Release();
+  this->IntervalTarget.Release();
+  this->EmptyTarget.Release();
+  this->ActiveTiles.clear();
+  this->Width_ = 0;
+  this->Height_ = 0;
+}
+
+} // namespace teravox

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "AtlasPlan.h"
+#include "GLObjects.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace teravox
+{
+
+/// State of one view (renderer, eye): colour and position of each ray, its intervals, the copy of the
+/// opaque depth, the feedback of its passes and the tiles that are still under way.
+/// Thread: used by the render thread only, with the context current.
+class ViewState
+{
+public:
+  /// Bytes per pixel: colour (16), position (16), intervals (16), depth (4).
+  static constexpr std::uint64_t BytesPerPixel = 52;
+  static std::uint64_t BytesFor(int width, int height)
+  {
+    return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * BytesPerPixel;
+  }
+
+  /// Allocates for a picture of this size and an atlas of this plan; nothing if nothing changed.
+  /// Returns false if the driver has no memory.
+  bool Resize(GPUMemory& memory, int width, int height, const AtlasPlan& plan);
+  void Release();
+
+  int Width() const { return this->Width_; }
+  int Height() const { return this->Height_; }
+  int TilesX() const { return (this->Width_ + 31) / 32; }
+  int TilesY() const { return (this->Height_ + 31) / 32; }
+  std::uint32_t BlockStampIndex() const;
+  std::uint32_t TileStampIndex() const;
+  std::size_t FeedbackWords() const;
+
+  GLTexture Color;
+  GLTexture Position;
+  GLTexture Intervals;
+  GLTexture Depth;
+  GLBuffer Feedback;
+  GLBuffer TileList;
+  GLFramebuffer StateTarget;    ///< colour and position, to clear them
+  GLFramebuffer IntervalTarget; ///< intervals
+  GLFramebuffer EmptyTarget;    ///< no attachment: the marcher writes images
+  std::vector<std::uint32_t> ActiveTiles; ///< x | y << 16
+
+private:
+  int Width_ = 0;
+  int Height_ = 0;
+  std::uint32_t Slots = 0;
+  std::uint32_t PageBlocks = 0;
+};
+
+} // namespace teravox

@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "BrickSource.h"
+#include "GLApi.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace teravox
+{
+
+/// How linear filtering of this driver was found to behave, per texture format.
+struct FilterProbe
+{
+  bool R8 = false; ///< exact, and the same at every place of the texture
+  bool R16 = false;
+  bool R32F = false;
+};
+
+/// How voxels of a scalar type lie in the atlas: data value = Scale * texel + Offset, or for wide types
+/// (u32, i32, f64) relative to the brick, with offset and scale per slot. Thread: immutable value.
+struct VoxelFormat
+{
+  GLenum InternalFormat = GL_R16;
+  GLenum DataType = GL_UNSIGNED_SHORT; ///< of the uploaded texels
+  std::uint32_t BytesPerTexel = 2;
+  bool DriverFilter = false;
+  bool Relative = false; ///< needs the slot table
+  double Scale = 1;
+  double Offset = 0;
+
+  /// The cheapest format whose filtering is exact: 8-bit data go into 16-bit texels where the driver
+  /// filters those exactly and 8-bit ones not; else eight fetches per sample.
+  static VoxelFormat Choose(ScalarType type, const FilterProbe& probe);
+};
+
+/// Texels of one brick, and what the slot table holds for it.
+struct ConvertedBrick
+{
+  std::vector<std::uint8_t> Bytes; ///< 8- or 16-bit texels or floats, by the format
+  float OffsetHigh = 0;
+  float OffsetLow = 0;
+  float Scale = 1;
+};
+
+/// Conversion before GL sees the data (drivers convert ten times slower).
+ConvertedBrick ConvertBrick(const Brick& brick, const VoxelFormat& format);
+
+} // namespace teravox

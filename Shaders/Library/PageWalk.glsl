@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Address translation: from a brick of a level through directory and page blocks to its slot.
+
+const int FOUND_EMPTY = 0;   // the transfer function is 0 on the region of page level `region`
+const int FOUND_SINGLE = 1;  // one value, (low, high) as a float pair
+const int FOUND_MAPPED = 2;  // in atlas slot `slot`
+const int FOUND_MISSING = 3; // the brick, or a page block on the way
+const int FOUND_FAILED = 4;  // can't be read
+
+struct Found
+{
+  int kind;
+  uint slot;
+  int region;
+  float low;
+  float high;
+};
+
+void Stamp(uint at)
+{
+  // Read first: a blind write from each fragment costs several times as much.
+  if (b_feedback[at] != u_limits.y)
+  {
+    b_feedback[at] = u_limits.y;
+  }
+}
+
+Found Translate(int level, uvec3 brick)
+{
+  Found found;
+  found.kind = FOUND_MISSING;
+  found.slot = 0u;
+  found.region = 0;
+  found.low = 0.0;
+  found.high = 0.0;
+  int depth = int(u_levels.w);
+  uvec3 bricks = u_levelBricks[level].xyz;
+  uint shift = PAGE_SHIFT * uint(depth);
+  uvec3 page = brick >> shift;
+  uint columns = PagesAlong(bricks.x, uint(depth));
+  uint rows = PagesAlong(bricks.y, uint(depth));
+  uint entry = u_levelFactor[level].w + page.x + columns * (page.y + rows * page.z);
+  for (int k = depth; k >= 0; --k)
+  {
+    uint word = b_pageTable[3u * entry];
+    float low = uintBitsToFloat(b_pageTable[3u * entry + 1u]);
+    float high = uintBitsToFloat(b_pageTable[3u * entry + 2u]);
+    uint state = PageState(word);
+    if (state == PAGE_SINGLE)
+    {
+      float x = TransferPosition(low, high);
+      bool none = u_switches.x != 0u && IsEmptyBetween(x, x);
+      found.kind = none ? FOUND_EMPTY : FOUND_SINGLE;
+      found.region = 0;
+      found.low = low;
+      found.high = high;
+      break;
+    }
+    if (u_switches.x != 0u && IsEmpty(low, high))
+    {
+      found.kind = FOUND_EMPTY;
+      found.region = k;
+      break;
+    }
+    if (state == PAGE_FAILED)
+    {
+      found.kind = FOUND_FAILED;
+      break;
+    }
+    if (state != PAGE_MAPPED)
+    {
+      break;
+    }
+    found.slot = PageSlot(word);
+    if (k == 0)
+    {
+      found.kind = FOUND_MAPPED;
+      Stamp(FEEDBACK_STAMPS + found.slot);
+      break;
+    }
+    Stamp(u_limits.z + found.slot);
+    uvec3 child = brick >> (PAGE_SHIFT * uint(k - 1));
+    uint directory = u_levelBricks[0].w;
+    entry = directory + found.slot * PAGE_BLOCK_ENTRIES + IndexInBlock(child.x, child.y, child.z);
+  }
+  return found;
+}
+
+// Puts a brick into the request table: open addressing, claimed by compare-and-swap of a tag. Two
+// keys with one tag lose one request for this pass only.
+void Request(int level, uvec3 brick, float weight)
+{
+  uint tag = RequestTag(brick.x, brick.y, brick.z, uint(level));
+  uint w = uint(weight * 255.0) + 1u;
+  uint place = tag % REQUEST_ENTRIES;
+  bool served = false;
+  for (uint probe = 0u; probe < REQUEST_PROBES; ++probe)
+  {
+    uint at = FEEDBACK_HEADER_WORDS + ((place + probe) % REQUEST_ENTRIES) * REQUEST_WORDS;
+    uint owner = b_feedback[at];
+    if (owner == 0u)
+    {
+      owner = atomicCompSwap(b_feedback[at], 0u, tag);
+      if (owner == 0u)
+      {
+        b_feedback[at + 1u] = brick.x;
+        b_feedback[at + 2u] = brick.y;
+        b_feedback[at + 3u] = brick.z;
+        b_feedback[at + 4u] = uint(level) + 1u;
+        owner = tag;
+      }
+    }
+    if (owner == tag)
+    {
+      atomicAdd(b_feedback[at + 5u], w);
+      served = true;
+      break;
+    }
+  }
+  if (!served)
+  {
+    b_feedback[FEEDBACK_OVERFLOW] = 1u;
+  }
+}

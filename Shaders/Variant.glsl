@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Defaults of all features, so that each file also parses alone. ShaderLibrary puts the chosen
+// values before this file.
+#ifndef TERAVOX_NEAREST
+#define TERAVOX_NEAREST 0 // nearest interpolation: one segment per voxel
+#endif
+#ifndef TERAVOX_DRIVER_FILTER
+#define TERAVOX_DRIVER_FILTER 0 // the driver's linear filter was found exact; else eight fetches
+#endif
+#ifndef TERAVOX_FLOAT_DATA
+#define TERAVOX_FLOAT_DATA 1 // voxels may be NaN
+#endif
+#ifndef TERAVOX_SLOT_TABLE
+#define TERAVOX_SLOT_TABLE 0 // voxels are stored relative to their brick
+#endif
+#ifndef TERAVOX_SHADE
+#define TERAVOX_SHADE 0 // Phong
+#endif
+#ifndef TERAVOX_INTERACTIVE
+#define TERAVOX_INTERACTIVE 0 // draw the finest resident ancestor of a missing brick; else wait
+#endif
+#ifndef TERAVOX_COUNT
+#define TERAVOX_COUNT 0 // count samples
+#endif
+#ifndef TERAVOX_SHOW_LEVEL
+#define TERAVOX_SHOW_LEVEL 0 // picture of the level of the first contribution
+#endif
+#ifndef TERAVOX_SUBSTITUTE
+#define TERAVOX_SUBSTITUTE 1 // some bricks can't be read: draw their finest readable ancestor
+#endif

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "PipelineVoxelReader.h"
 
+#include "ErrorText.h"
 #include "VTKScalarType.h"
 
 #include <cmath>
@@ -10,6 +11,7 @@
 #include <memory>
 #include <utility>
 #include <vtkAlgorithm.h>
+#include <vtkCallbackCommand.h>
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
 #include <vtkImageData.h>
@@ -179,6 +181,21 @@ Result<vtkImageData*> PipelineVoxelReader::UpdateExtent(const std::array<int, 6>
   {
     return Status(StatusCode::Unsupported, "The input isn't a streaming pipeline.");
   }
+  // With an observer VTK hands the text over instead of printing it. Some readers report an error
+  // and succeed all the same.
+  std::string reported;
+  vtkNew<vtkCallbackCommand> observer;
+  observer->SetClientData(&reported);
+  observer->SetCallback(
+    [](vtkObject*, unsigned long, void* client, void* text)
+    {
+      auto* first = static_cast<std::string*>(client);
+      if (first->empty())
+      {
+        *first = ErrorText(static_cast<const char*>(text));
+      }
+    });
+  const unsigned long tag = this->Producer->AddObserver(vtkCommand::ErrorEvent, observer);
   bool updated = false;
   try
   {
@@ -189,13 +206,18 @@ Result<vtkImageData*> PipelineVoxelReader::UpdateExtent(const std::array<int, 6>
   }
   catch (const std::exception& error)
   {
-    return Status(
-      StatusCode::ResourceExhausted, std::string("The input failed: ") + error.what() + ".");
+    reported = std::string("it failed with ") + error.what() + ".";
   }
+  this->Producer->RemoveObserver(tag);
   auto* image = vtkImageData::SafeDownCast(this->Producer->GetOutputDataObject(this->Port));
-  if (!updated || !image || this->Producer->GetErrorCode() != 0)
+  if (this->Producer->GetAbortExecute() != 0)
   {
-    return Status(StatusCode::InputOutput, "The input couldn't be read.");
+    return Status(StatusCode::Cancelled, "Reading the input was stopped.");
+  }
+  if (!updated || !image || !reported.empty() || this->Producer->GetErrorCode() != 0)
+  {
+    return Status(StatusCode::InputOutput,
+      reported.empty() ? "The input couldn't be read." : "The input couldn't be read: " + reported);
   }
   const int* has = image->GetExtent();
   for (std::size_t a = 0; a < 3; ++a)

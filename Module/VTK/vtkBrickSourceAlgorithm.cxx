@@ -22,7 +22,6 @@
 #include <vtkPointData.h>
 #include <vtkSmartPointer.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
-#include <vtkTimeStamp.h>
 
 namespace
 {
@@ -36,7 +35,6 @@ class vtkBrickSourceAlgorithm::vtkInternals
 {
 public:
   std::shared_ptr<teravox::BrickSource> Source;
-  vtkTimeStamp SourceTime;
   vtkSmartPointer<vtkBrickSource> Holder;
 };
 
@@ -68,20 +66,15 @@ void vtkBrickSourceAlgorithm::BrickSourceModified()
 std::shared_ptr<teravox::BrickSource> vtkBrickSourceAlgorithm::EnsureBrickSource()
 {
   vtkInternals& internals = *this->Internals;
-  if (internals.Source && this->GetMTime() > internals.SourceTime.GetMTime())
+  if (internals.Source && this->IsBrickSourceOutdated())
   {
-    if (this->IsBrickSourceOutdated())
-    {
-      internals.Source.reset();
-      internals.Holder = nullptr;
-    }
-    internals.SourceTime.Modified();
+    internals.Source.reset();
+    internals.Holder = nullptr;
   }
   if (!internals.Source)
   {
     std::string reason;
     internals.Source = this->MakeBrickSource(reason);
-    internals.SourceTime.Modified();
     if (!internals.Source && !reason.empty())
     {
       vtkErrorMacro(<< reason);

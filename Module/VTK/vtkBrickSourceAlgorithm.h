@@ -69,7 +69,7 @@ protected:
    */
   virtual std::shared_ptr<teravox::BrickSource> MakeBrickSource(std::string& reason) = 0;
 
-  /** Must the source be made again? Called when anything was modified since it was made. */
+  /** Must the source be made again? Called each time it is needed, so it should be quick. */
   virtual bool IsBrickSourceOutdated() { return false; }
 
   /** To be called by setters: drops the source and marks this object as modified. */

@@ -81,6 +81,7 @@ std::shared_ptr<teravox::BrickSource> vtkHDF5PyramidReader::MakeBrickSource(std:
     reason = "No file name was set.";
     return nullptr;
   }
+  this->CheckedTime = this->GetMTime();
   this->OpenedVersion = VersionOf(this->FileName);
   auto opened = OpenFile(this->FileName, this->DatasetPath, this->BrickSize);
   if (!opened.Ok())
@@ -93,6 +94,11 @@ std::shared_ptr<teravox::BrickSource> vtkHDF5PyramidReader::MakeBrickSource(std:
 
 bool vtkHDF5PyramidReader::IsBrickSourceOutdated()
 {
+  if (this->GetMTime() == this->CheckedTime)
+  {
+    return false;
+  }
+  this->CheckedTime = this->GetMTime();
   return VersionOf(this->FileName) != this->OpenedVersion;
 }
 

@@ -71,5 +71,6 @@ private:
   std::string FileName;
   std::string DatasetPath;
   int BrickSize = 64;
+  vtkMTimeType CheckedTime = 0;
   std::string OpenedVersion; // size and time of the file when it was opened
 };

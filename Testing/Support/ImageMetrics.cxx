@@ -5,13 +5,23 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 namespace teravox
 {
 namespace
 {
+
+std::uint32_t BitsOf(float value)
+{
+  static_assert(sizeof(std::uint32_t) == sizeof(float), "32-bit float");
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &value, sizeof(bits));
+  return bits;
+}
 
 double Distance(double a, double b)
 {
@@ -79,8 +89,7 @@ ImageDifference ExcessOverEnvelope(
 
 bool AreImagesIdentical(const std::vector<float>& a, const std::vector<float>& b)
 {
-  return a.size() == b.size() &&
-    (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
+  return a.size() == b.size() && CountDifferentBits(a, b) == 0;
 }
 
 std::size_t CountDifferentBits(const std::vector<float>& a, const std::vector<float>& b)
@@ -89,7 +98,7 @@ std::size_t CountDifferentBits(const std::vector<float>& a, const std::vector<fl
   std::size_t count = std::max(a.size(), b.size()) - common;
   for (std::size_t i = 0; i < common; ++i)
   {
-    count += std::memcmp(&a[i], &b[i], sizeof(float)) != 0 ? 1 : 0;
+    count += BitsOf(a[i]) != BitsOf(b[i]) ? 1 : 0;
   }
   return count;
 }

@@ -46,6 +46,17 @@ TEST(TruthCubic, EqualsTrilinearAlongALine)
   }
 }
 
+TEST(TruthCubic, FromSamples)
+{
+  const TruthCubic cubic{ { 0.3, -2, 5, -1.5 } };
+  const TruthCubic fit =
+    TruthCubic::FromSamples({ cubic(0), cubic(1 / 3.0), cubic(2 / 3.0), cubic(1) });
+  for (std::size_t i = 0; i < 4; ++i)
+  {
+    EXPECT_NEAR(fit.Coefficients[i], cubic.Coefficients[i], 1e-13);
+  }
+}
+
 TEST(TruthCubic, PiecesAreMonotone)
 {
   std::mt19937 random(8);

@@ -40,6 +40,16 @@ TruthCubic TruthCubic::FromCell(const std::array<double, 8>& corners,
   return result;
 }
 
+TruthCubic TruthCubic::FromSamples(const std::array<double, 4>& samples)
+{
+  const std::array<double, 4>& f = samples;
+  TruthCubic result;
+  result.Coefficients = { f[0], (-11 * f[0] + 18 * f[1] - 9 * f[2] + 2 * f[3]) / 2,
+    (18 * f[0] - 45 * f[1] + 36 * f[2] - 9 * f[3]) / 2,
+    (-9 * f[0] + 27 * f[1] - 27 * f[2] + 9 * f[3]) / 2 };
+  return result;
+}
+
 int TruthCubic::MonotonePieces(std::array<double, 4>& cuts) const
 {
   // Derivative: a s^2 + 2 b s + c. A double root of it is an inflection: monotone.

@@ -34,6 +34,9 @@ struct TruthCubic
   static TruthCubic FromCell(const std::array<double, 8>& corners,
     const std::array<double, 3>& start, const std::array<double, 3>& end);
 
+  /// The cubic with these values at 0, 1/3, 2/3 and 1.
+  static TruthCubic FromSamples(const std::array<double, 4>& samples);
+
   /// Cuts [0, 1] into at most three pieces where the polynomial is monotone: returns the number of
   /// pieces, and their ends in cuts[0] = 0 < ... < cuts[n] = 1.
   int MonotonePieces(std::array<double, 4>& cuts) const;

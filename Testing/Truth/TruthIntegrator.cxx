@@ -170,16 +170,24 @@ private:
     }
   }
 
-  Double3 Color(double t, double value) const
+  /// `difference` isn't used where there is no shading.
+  Double3 Color(double value, const Double3& difference) const
   {
     const Double3 color = this->Transfer.GetColor(value);
     if (!this->Scene.Shading)
     {
       return color;
     }
-    const Double3 difference =
-      this->Volume.CentralDifference(this->Level, this->At(t), this->GradientStep);
     return this->Scene.Shading->Shade(this->Shading, this->Volume, this->Level, difference, color);
+  }
+
+  Double3 DifferenceAt(double t) const
+  {
+    if (!this->Scene.Shading)
+    {
+      return { 0, 0, 0 };
+    }
+    return this->Volume.CentralDifference(this->Level, this->At(t), this->GradientStep);
   }
 
   void HitWall(const Double3& color)
@@ -196,7 +204,7 @@ private:
     {
       return;
     }
-    const Double3 color = this->Color(0.5 * (from + to), value);
+    const Double3 color = this->Color(value, this->DifferenceAt(0.5 * (from + to)));
     if (alpha >= 1)
     {
       this->HitWall(color);
@@ -249,6 +257,7 @@ private:
       this->UniformPiece(from, to, cubic(0));
       return;
     }
+    this->FitDifferences(from, to);
     std::array<double, 4> cuts{};
     const int pieces = cubic.MonotonePieces(cuts);
     for (std::size_t i = 0; i < static_cast<std::size_t>(pieces) && !this->Done(); ++i)
@@ -331,7 +340,7 @@ private:
     {
       // Just behind the beginning: at it, a jump of the colour belongs to either side.
       const double s = lower + 1e-12 * (upper - lower);
-      this->HitWall(this->Color(from + s * length, value(s)));
+      this->HitWall(this->Color(value(s), this->Difference(s)));
       return;
     }
     const auto medium = [&](double s)
@@ -341,36 +350,56 @@ private:
       result.Sigma = length * this->Transfer.Extinction(this->Transfer.GetAlpha(v));
       if (result.Sigma > 0)
       {
-        result.Color = this->Color(from + s * length, v);
+        result.Color = this->Color(v, this->Difference(s));
       }
       return result;
     };
-    for (const double cut : this->Kinks(from, to, lower, upper))
+    for (const double cut : this->Kinks(lower, upper))
     {
       IntegrateMedium(medium, lower, cut, this->PieceTolerance, this->Light);
       lower = cut;
     }
   }
 
+  /// Each of the six samples of the central differences stays in one cell while the ray is on
+  /// [from, to]: the differences are cubics, too.
+  void FitDifferences(double from, double to)
+  {
+    if (!this->Scene.Shading)
+    {
+      return;
+    }
+    std::array<Double3, 4> samples{};
+    for (std::size_t i = 0; i < 4; ++i)
+    {
+      samples[i] = this->DifferenceAt(from + (to - from) * static_cast<double>(i) / 3);
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis)
+    {
+      this->Differences[axis] = TruthCubic::FromSamples(
+        { samples[0][axis], samples[1][axis], samples[2][axis], samples[3][axis] });
+    }
+  }
+
+  Double3 Difference(double s) const
+  {
+    return { this->Differences[0](s), this->Differences[1](s), this->Differences[2](s) };
+  }
+
   /// Cuts (lower, upper] where the shading may have kinks; the last cut is `upper`.
-  std::vector<double> Kinks(double from, double to, double lower, double upper) const
+  std::vector<double> Kinks(double lower, double upper) const
   {
     std::vector<double> result;
     if (this->Scene.Shading)
     {
-      std::array<double, 4> f{};
+      std::array<double, 4> samples{};
       for (std::size_t i = 0; i < 4; ++i)
       {
         const double s = lower + (upper - lower) * static_cast<double>(i) / 3;
-        const Double3 difference = this->Volume.CentralDifference(
-          this->Level, this->At(from + s * (to - from)), this->GradientStep);
-        f[i] = this->Scene.Shading->Facing(this->Shading, this->Volume, this->Level, difference);
+        samples[i] = this->Scene.Shading->Facing(
+          this->Shading, this->Volume, this->Level, this->Difference(s));
       }
-      // The cubic through the values at 0, 1/3, 2/3 and 1.
-      TruthCubic facing;
-      facing.Coefficients = { f[0], (-11 * f[0] + 18 * f[1] - 9 * f[2] + 2 * f[3]) / 2,
-        (18 * f[0] - 45 * f[1] + 36 * f[2] - 9 * f[3]) / 2,
-        (-9 * f[0] + 27 * f[1] - 27 * f[2] + 9 * f[3]) / 2 };
+      const TruthCubic facing = TruthCubic::FromSamples(samples);
       std::array<double, 4> cuts{};
       const auto pieces = static_cast<std::size_t>(facing.MonotonePieces(cuts));
       for (std::size_t i = 0; i < pieces; ++i)
@@ -398,6 +427,7 @@ private:
   TruthShadingRay Shading;
   Double3 GradientStep{ 1, 1, 1 };
   int Level = 0;
+  std::array<TruthCubic, 3> Differences;
   TruthLight Light;
   bool Wall = false;
 };
@@ -474,7 +504,8 @@ TruthEnvelope RenderEnvelope(const TruthScene& scene, const std::vector<TruthPix
       // The centre first.
       const int place = (ray + 4) % 9;
       const double offsetX = (place % 3 - 1) / 32.0;
-      const double offsetY = (place / 3 - 1) / 32.0;
+      const int row = place / 3;
+      const double offsetY = (row - 1) / 32.0;
       const TruthColor color = IntegratePixel(scene, pixel.X, pixel.Y, offsetX, offsetY, depth);
       if (ray == 0)
       {

@@ -79,6 +79,7 @@ TruthTransfer TruthTransfer::PiecewiseLinear(
 {
   assert(!alpha.empty() && !color.empty());
   std::vector<double> knots;
+  knots.reserve(alpha.size() + color.size());
   for (const AlphaNode& node : alpha)
   {
     knots.push_back(node.Value);

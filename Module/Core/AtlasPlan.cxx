@@ -22,8 +22,8 @@ std::uint32_t PageBlocksFor(const PyramidLayout& layout, std::uint32_t slots)
   return std::max<std::uint32_t>({ 64, slots / 96, 4 * chain });
 }
 
-AtlasPlan Complete(const PyramidLayout& layout, const AtlasRequest& request, const Int3& perAxis,
-  const Int3& size)
+AtlasPlan Complete(
+  const PyramidLayout& layout, const AtlasRequest& request, const Int3& perAxis, const Int3& size)
 {
   AtlasPlan plan;
   plan.SlotsPerAxis = perAxis;
@@ -91,7 +91,7 @@ Result<AtlasPlan> PlanAtlas(const PyramidLayout& layout, const AtlasRequest& req
         {
           least = plan;
         }
-        if (plan.TotalBytes() > request.BudgetBytes)
+        if (plan.TotalBytes() + request.ReservedBytes > request.BudgetBytes)
         {
           break;
         }
@@ -116,12 +116,11 @@ Result<AtlasPlan> PlanAtlas(const PyramidLayout& layout, const AtlasRequest& req
           std::to_string(request.MaximumTextureSize) + " texels per axis.");
     }
     return Status(StatusCode::ResourceExhausted,
-      "The GPU budget leaves " + std::to_string(request.BudgetBytes) +
-        " bytes for bricks and their page table; the least that works is " +
-        std::to_string(least.TotalBytes()) + " bytes.");
+      "The GPU memory budget of " + std::to_string(request.BudgetBytes) +
+        " bytes is too small; the least that works here is " +
+        std::to_string(least.TotalBytes() + request.ReservedBytes) + " bytes.");
   }
-  best.Slots =
-    static_cast<std::uint32_t>(std::min<std::int64_t>({ best.Slots, useful }));
+  best.Slots = static_cast<std::uint32_t>(std::min<std::int64_t>({ best.Slots, useful }));
   best.SlotTableBytes = request.SlotTable ? best.Slots * SlotTableEntryBytes : 0;
   return best;
 }

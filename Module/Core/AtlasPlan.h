@@ -37,7 +37,8 @@ struct AtlasPlan
 
 struct AtlasRequest
 {
-  std::uint64_t BudgetBytes = 0;   ///< for everything in TotalBytes()
+  std::uint64_t BudgetBytes = 0;   ///< for everything in TotalBytes() and what is reserved
+  std::uint64_t ReservedBytes = 0; ///< ray states, transfer tables
   std::uint32_t BytesPerTexel = 1; ///< of the atlas texture, all components
   bool PowerOfTwo = true;          ///< edges of the atlas (see DESIGN: values independent of slots)
   bool SlotTable = false;          ///< wide types are stored relative to their brick

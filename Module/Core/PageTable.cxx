@@ -107,8 +107,8 @@ std::optional<std::size_t> PageTable::Locate(const BrickKey& key) const
   if (key.PageLevel == depth)
   {
     const Int3 n = this->Layout_.Pages(key.Level, depth);
-    return static_cast<std::size_t>(
-      this->Layout_.DirectoryBase(key.Level) + key.X + n[0] * (key.Y + n[1] * std::int64_t{ key.Z }));
+    return static_cast<std::size_t>(this->Layout_.DirectoryBase(key.Level) + key.X +
+      n[0] * (key.Y + n[1] * std::int64_t{ key.Z }));
   }
   const auto block = this->Blocks.find(ParentBlock(key));
   if (block == this->Blocks.end())

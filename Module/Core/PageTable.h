@@ -15,8 +15,9 @@
 namespace teravox
 {
 
-/// One entry as the GPU reads it, 12 bytes. The state and the slot (of a brick in the atlas, or of a
-/// page block in the pool) lie in Word; beside them the range of the brick or of the whole region.
+/// One entry as the GPU reads it, 12 bytes. The state and the slot (of a brick in the atlas, or of
+/// a page block in the pool) lie in Word; beside them the range of the brick or of the whole
+/// region.
 struct PageEntry
 {
   enum State : std::uint32_t

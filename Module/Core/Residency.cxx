@@ -68,12 +68,13 @@ Residency::Rank Residency::RankOf(const BrickKey& brick, const ViewOrder& order)
   {
     if (order.Parallel)
     {
-      distance += static_cast<std::uint64_t>(order.Direction[a] < 0 ? count[a] - index[a] : index[a]);
+      distance +=
+        static_cast<std::uint64_t>(order.Direction[a] < 0 ? count[a] - index[a] : index[a]);
     }
     else
     {
-      const double edge =
-        static_cast<double>(layout.BrickSize()) * static_cast<double>(layout.Factor(brick.Level)[a]);
+      const double edge = static_cast<double>(layout.BrickSize()) *
+        static_cast<double>(layout.Factor(brick.Level)[a]);
       distance += Distance(index[a], FloorDivide(order.Eye[a], edge));
     }
   }
@@ -99,8 +100,8 @@ Residency::Rank Residency::NearestRank(const BrickKey& block, const ViewOrder& o
     std::int64_t at = order.Direction[a] < 0 ? high : low;
     if (!order.Parallel)
     {
-      const double size =
-        static_cast<double>(layout.BrickSize()) * static_cast<double>(layout.Factor(block.Level)[a]);
+      const double size = static_cast<double>(layout.BrickSize()) *
+        static_cast<double>(layout.Factor(block.Level)[a]);
       at = std::clamp(FloorDivide(order.Eye[a], size), low, std::max(low, high));
     }
     nearest.*axes[a] = static_cast<std::uint32_t>(at);

@@ -68,7 +68,8 @@ public:
   /// Requires: slots >= 2 (one is pinned by the coarsest brick); `table` outlives this object.
   Residency(PageTable& table, std::uint32_t slots);
 
-  /// One step, between two passes. `limitUploads` bounds the uploads of the step (interactive mode).
+  /// One step, between two passes. `limitUploads` bounds the uploads of the step (interactive
+  /// mode).
   FramePlan Step(const Feedback& feedback, std::vector<LoadResult> finished, const ViewOrder& order,
     std::size_t limitUploads = ~std::size_t{ 0 });
 

@@ -13,23 +13,22 @@ namespace teravox
 /// Opacity and colour over data values, as the user set them.
 struct TransferFunction
 {
-  std::function<double(double)> Opacity; ///< per UnitDistance, 0..1
+  std::function<double(double)> Opacity;      ///< per UnitDistance, 0..1
   std::function<void(double, double*)> Color; ///< rgb, 0..1
-  std::vector<double> Knots; ///< sorted values where one of the two may bend
-  double UnitDistance = 1;   ///< world length to which Opacity refers, > 0
+  std::vector<double> Knots;                  ///< sorted values where one of the two may bend
+  double UnitDistance = 1;                    ///< world length to which Opacity refers, > 0
 };
 
 /// The transfer function as the marcher samples it: piecewise linear extinction s and emission c s
 /// over equidistant nodes, with their running integrals as pairs of floats, so that a difference of
-/// two integrals doesn't cancel however unequal the parts of the function are. Layout of a node: see
-/// Shaders/Library/Transfer.glsl.
-/// Thread: immutable value.
+/// two integrals doesn't cancel however unequal the parts of the function are. Layout of a node:
+/// see Shaders/Library/Transfer.glsl. Thread: immutable value.
 struct TransferTable
 {
-  double Low = 0;          ///< data value of node 0
-  double High = 1;         ///< data value of the last node
-  int Nodes = 0;           ///< at least 2
-  double NodesPerUnit = 1; ///< (Nodes - 1) / (High - Low)
+  double Low = 0;            ///< data value of node 0
+  double High = 1;           ///< data value of the last node
+  int Nodes = 0;             ///< at least 2
+  double NodesPerUnit = 1;   ///< (Nodes - 1) / (High - Low)
   std::vector<float> Texels; ///< 16 floats per node, and one node of padding
 
   /// Extinction per world length of an opaque wall (opacity 1).
@@ -37,8 +36,8 @@ struct TransferTable
 };
 
 /// Samples the function over the part of `data` on which it isn't constant. `integers`: values are
-/// whole numbers, nodes are put on them. `smallestStep` is the shortest world length that matters: an
-/// opaque wall of that length lets nothing pass.
+/// whole numbers, nodes are put on them. `smallestStep` is the shortest world length that matters:
+/// an opaque wall of that length lets nothing pass.
 TransferTable BuildTransferTable(
   const TransferFunction& function, const ValueRange& data, bool integers, double smallestStep);
 

@@ -18,10 +18,10 @@ Result<std::unique_ptr<BrickAtlas>> BrickAtlas::Make(
   atlas->Plan_ = plan;
   atlas->Format_ = format;
   atlas->StoredSize = storedSize;
-  atlas->Texture = GLTexture(memory, GL_TEXTURE_3D, format.InternalFormat,
-    static_cast<int>(plan.AtlasSize[0]), static_cast<int>(plan.AtlasSize[1]),
-    static_cast<int>(plan.AtlasSize[2]), format.BytesPerTexel,
-    format.DriverFilter ? GL_LINEAR : GL_NEAREST);
+  atlas->Texture =
+    GLTexture(memory, GL_TEXTURE_3D, format.InternalFormat, static_cast<int>(plan.AtlasSize[0]),
+      static_cast<int>(plan.AtlasSize[1]), static_cast<int>(plan.AtlasSize[2]),
+      format.BytesPerTexel, format.DriverFilter ? GL_LINEAR : GL_NEAREST);
   atlas->Table = GLBuffer(memory, GL_SHADER_STORAGE_BUFFER,
     static_cast<std::size_t>(plan.DirectoryBytes + plan.PageBlockBytes), nullptr, GL_DYNAMIC_DRAW);
   // The binding must exist for all variants; four floats where no slot table is needed.
@@ -45,9 +45,9 @@ void BrickAtlas::Upload(std::uint32_t slot, const Brick& brick)
   const std::array<std::int64_t, 3> at{ s % n[0], s / n[0] % n[1], s / (n[0] * n[1]) };
   const auto edge = static_cast<GLsizei>(this->StoredSize);
   this->Texture.Bind(0);
-  glTexSubImage3D(GL_TEXTURE_3D, 0, static_cast<GLint>(at[0] * edge), static_cast<GLint>(at[1] * edge),
-    static_cast<GLint>(at[2] * edge), edge, edge, edge, GL_RED, this->Format_.DataType,
-    texels.Bytes.data());
+  glTexSubImage3D(GL_TEXTURE_3D, 0, static_cast<GLint>(at[0] * edge),
+    static_cast<GLint>(at[1] * edge), static_cast<GLint>(at[2] * edge), edge, edge, edge, GL_RED,
+    this->Format_.DataType, texels.Bytes.data());
   this->BytesUploaded_ += texels.Bytes.size();
   if (this->Plan_.SlotTableBytes != 0)
   {

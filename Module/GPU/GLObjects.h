@@ -61,8 +61,8 @@ class GLTexture
 {
 public:
   GLTexture() = default;
-  GLTexture(GPUMemory& memory, GLenum target, GLenum internalFormat, int width, int height, int depth,
-    std::size_t bytesPerTexel, GLenum filter);
+  GLTexture(GPUMemory& memory, GLenum target, GLenum internalFormat, int width, int height,
+    int depth, std::size_t bytesPerTexel, GLenum filter);
   /// A buffer texture over a buffer that outlives it.
   GLTexture(GPUMemory& memory, GLenum internalFormat, const GLBuffer& buffer);
   ~GLTexture() { this->Release(); }

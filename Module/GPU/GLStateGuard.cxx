@@ -13,8 +13,8 @@ constexpr std::array<GLint, 6> UnpackValues = { 1, 0, 0, 0, 0, 0 };
 constexpr std::array<GLenum, 4> PackNames = { GL_PACK_ALIGNMENT, GL_PACK_ROW_LENGTH,
   GL_PACK_SKIP_PIXELS, GL_PACK_SKIP_ROWS };
 constexpr std::array<GLint, 4> PackValues = { 1, 0, 0, 0 };
-constexpr std::array<GLenum, 4> BlendNames = { GL_BLEND_SRC_RGB, GL_BLEND_DST_RGB, GL_BLEND_SRC_ALPHA,
-  GL_BLEND_DST_ALPHA };
+constexpr std::array<GLenum, 4> BlendNames = { GL_BLEND_SRC_RGB, GL_BLEND_DST_RGB,
+  GL_BLEND_SRC_ALPHA, GL_BLEND_DST_ALPHA };
 
 void SetSwitch(GLenum name, bool on)
 {

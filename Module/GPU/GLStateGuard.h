@@ -9,8 +9,8 @@
 namespace teravox
 {
 
-/// Saves the GL state that the marcher changes and puts exactly that back, so that what VTK believes
-/// about the state (vtkOpenGLState caches it) stays true.
+/// Saves the GL state that the marcher changes and puts exactly that back, so that what VTK
+/// believes about the state (vtkOpenGLState caches it) stays true.
 class GLStateGuard
 {
 public:

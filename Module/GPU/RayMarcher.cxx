@@ -71,8 +71,8 @@ Result<const GLProgram*> RayMarcher::Program(
       files += (i == 0 ? "" : ", ") + std::to_string(i) + " = " + ShaderFileName(i);
     }
     return Status(StatusCode::Unsupported,
-      "The shader " + fragment + " doesn't compile with this driver (files: " + files +
-        "):\n" + error);
+      "The shader " + fragment + " doesn't compile with this driver (files: " + files + "):\n" +
+        error);
   }
   return &this->Programs.emplace(key, std::move(program)).first->second;
 }
@@ -217,7 +217,8 @@ void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
     resolved = GLFramebuffer::Make();
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved.Id());
     glFramebufferTexture2D(GL_DRAW_FRAMEBUFFER,
-      stencil > 0 ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth.Id(), 0);
+      stencil > 0 ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth.Id(),
+      0);
     glBlitFramebuffer(x, y, x + view.Width(), y + view.Height(), x, y, x + view.Width(),
       y + view.Height(), GL_DEPTH_BUFFER_BIT, GL_NEAREST);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved.Id());
@@ -260,14 +261,15 @@ Status RayMarcher::Begin(
   {
     for (int x = 0; x < view.TilesX(); ++x)
     {
-      view.ActiveTiles.push_back(static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 16);
+      view.ActiveTiles.push_back(
+        static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 16);
     }
   }
   return {};
 }
 
-Result<PassResult> RayMarcher::DrawPass(
-  ViewState& view, const BrickAtlas& atlas, MarchParameters& parameters, const ShaderVariant& variant)
+Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas,
+  MarchParameters& parameters, const ShaderVariant& variant)
 {
   Result<const GLProgram*> program = this->Program("Tiles.vert", "RayMarch.frag", variant);
   if (!program)

@@ -71,7 +71,8 @@ struct PassResult
 class RayMarcher
 {
 public:
-  /// Errors: Unsupported (the context lacks OpenGL 4.3; what is missing), a shader that doesn't compile.
+  /// Errors: Unsupported (the context lacks OpenGL 4.3; what is missing), a shader that doesn't
+  /// compile.
   static Result<std::unique_ptr<RayMarcher>> Make(GPUMemory& memory);
 
   const FilterProbe& Probe() const { return this->Probe_; }
@@ -83,8 +84,8 @@ public:
   /// Begins a picture: intervals, cleared accumulators, all tiles active.
   Status Begin(ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals);
   /// One pass over the active tiles.
-  Result<PassResult> DrawPass(
-    ViewState& view, const BrickAtlas& atlas, MarchParameters& parameters, const ShaderVariant& variant);
+  Result<PassResult> DrawPass(ViewState& view, const BrickAtlas& atlas, MarchParameters& parameters,
+    const ShaderVariant& variant);
   /// Blends the accumulators into a frame buffer at a place in pixels.
   Status Compose(ViewState& view, GLuint framebuffer, int x, int y);
 

@@ -126,7 +126,8 @@ std::vector<ShaderVariant> ShaderVariant::All()
     {
       variant.*Features[i].Member = (key >> i & 1u) != 0;
     }
-    // Nearest never filters; an interactive variant substitutes anyway; the debug picture isn't lit.
+    // Nearest never filters; an interactive variant substitutes anyway; the debug picture isn't
+    // lit.
     if ((variant.Nearest && variant.DriverFilter && !variant.Shade) ||
       (variant.Interactive && variant.Substitute) || (variant.ShowLevel && variant.Shade))
     {

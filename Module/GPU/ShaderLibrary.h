@@ -10,8 +10,8 @@
 namespace teravox
 {
 
-/// The features that change the text of the marcher, as one comparable value: the key of the program
-/// cache. What a scene doesn't use isn't in its shader. Thread: immutable value.
+/// The features that change the text of the marcher, as one comparable value: the key of the
+/// program cache. What a scene doesn't use isn't in its shader. Thread: immutable value.
 struct ShaderVariant
 {
   bool Nearest = false;
@@ -33,10 +33,10 @@ struct ShaderVariant
   static std::vector<ShaderVariant> All();
 };
 
-/// Puts the text of a shader together: "#version 430 core", the variant's defines, the file with its
-/// includes (each file once, paths relative to Shaders/), with "#line" so that drivers report file
-/// index and line. Files come from the binary, or from the folder that the environment variable
-/// TERAVOX_SHADER_DIR names. Errors: NotFound.
+/// Puts the text of a shader together: "#version 430 core", the variant's defines, the file with
+/// its includes (each file once, paths relative to Shaders/), with "#line" so that drivers report
+/// file index and line. Files come from the binary, or from the folder that the environment
+/// variable TERAVOX_SHADER_DIR names. Errors: NotFound.
 Result<std::string> AssembleShader(const std::string& file, const ShaderVariant& variant);
 
 /// The name of the file with this index in a driver's message about an assembled shader.

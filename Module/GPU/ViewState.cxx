@@ -52,16 +52,15 @@ bool ViewState::Resize(GPUMemory& memory, int width, int height, const AtlasPlan
   this->Intervals = make(GL_RGBA32F, 16);
   this->Depth = make(GL_DEPTH_COMPONENT32F, 4);
   const std::vector<std::uint32_t> zeros(this->FeedbackWords(), 0);
-  this->Feedback = GLBuffer(
-    memory, GL_SHADER_STORAGE_BUFFER, zeros.size() * 4, zeros.data(), GL_DYNAMIC_READ);
+  this->Feedback =
+    GLBuffer(memory, GL_SHADER_STORAGE_BUFFER, zeros.size() * 4, zeros.data(), GL_DYNAMIC_READ);
   this->TileList = GLBuffer(memory, GL_ARRAY_BUFFER,
-    static_cast<std::size_t>(this->TilesX()) * static_cast<std::size_t>(this->TilesY()) * 8, nullptr,
-    GL_STREAM_DRAW);
+    static_cast<std::size_t>(this->TilesX()) * static_cast<std::size_t>(this->TilesY()) * 8,
+    nullptr, GL_STREAM_DRAW);
 
   this->StateTarget = GLFramebuffer::Make();
   glBindFramebuffer(GL_FRAMEBUFFER, this->StateTarget.Id());
-  glFramebufferTexture2D(
-    GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, this->Color.Id(), 0);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, this->Color.Id(), 0);
   glFramebufferTexture2D(
     GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, this->Position.Id(), 0);
   const std::array<GLenum, 2> both{ GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1 };

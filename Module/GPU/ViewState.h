@@ -11,9 +11,9 @@
 namespace teravox
 {
 
-/// State of one view (renderer, eye): colour and position of each ray, its intervals, the copy of the
-/// opaque depth, the feedback of its passes and the tiles that are still under way.
-/// Thread: used by the render thread only, with the context current.
+/// State of one view (renderer, eye): colour and position of each ray, its intervals, the copy of
+/// the opaque depth, the feedback of its passes and the tiles that are still under way. Thread:
+/// used by the render thread only, with the context current.
 class ViewState
 {
 public:
@@ -43,9 +43,9 @@ public:
   GLTexture Depth;
   GLBuffer Feedback;
   GLBuffer TileList;
-  GLFramebuffer StateTarget;    ///< colour and position, to clear them
-  GLFramebuffer IntervalTarget; ///< intervals
-  GLFramebuffer EmptyTarget;    ///< no attachment: the marcher writes images
+  GLFramebuffer StateTarget;              ///< colour and position, to clear them
+  GLFramebuffer IntervalTarget;           ///< intervals
+  GLFramebuffer EmptyTarget;              ///< no attachment: the marcher writes images
   std::vector<std::uint32_t> ActiveTiles; ///< x | y << 16
 
 private:

@@ -54,8 +54,9 @@ void ConvertIntegers(const Brick& brick, const VoxelFormat& format, ConvertedBri
 {
   using Unsigned = std::make_unsigned_t<T>;
   // Flipping the sign bit adds half the range: the order of values is that of unsigned numbers.
-  constexpr Unsigned flip =
-    std::is_signed_v<T> ? static_cast<Unsigned>(Unsigned{ 1 } << (sizeof(T) * 8 - 1)) : Unsigned{ 0 };
+  constexpr Unsigned flip = std::is_signed_v<T>
+    ? static_cast<Unsigned>(Unsigned{ 1 } << (sizeof(T) * 8 - 1))
+    : Unsigned{ 0 };
   const std::size_t count = brick.Voxels.size() / sizeof(T);
   const auto* in = reinterpret_cast<const Unsigned*>(brick.Voxels.data());
   if (format.BytesPerTexel == sizeof(T))

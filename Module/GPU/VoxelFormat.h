@@ -19,8 +19,9 @@ struct FilterProbe
   bool R32F = false;
 };
 
-/// How voxels of a scalar type lie in the atlas: data value = Scale * texel + Offset, or for wide types
-/// (u32, i32, f64) relative to the brick, with offset and scale per slot. Thread: immutable value.
+/// How voxels of a scalar type lie in the atlas: data value = Scale * texel + Offset, or for wide
+/// types (u32, i32, f64) relative to the brick, with offset and scale per slot. Thread: immutable
+/// value.
 struct VoxelFormat
 {
   GLenum InternalFormat = GL_R16;
@@ -31,8 +32,8 @@ struct VoxelFormat
   double Scale = 1;
   double Offset = 0;
 
-  /// The cheapest format whose filtering is exact: 8-bit data go into 16-bit texels where the driver
-  /// filters those exactly and 8-bit ones not; else eight fetches per sample.
+  /// The cheapest format whose filtering is exact: 8-bit data go into 16-bit texels where the
+  /// driver filters those exactly and 8-bit ones not; else eight fetches per sample.
   static VoxelFormat Choose(ScalarType type, const FilterProbe& probe);
 };
 

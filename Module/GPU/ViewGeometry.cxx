@@ -1,0 +1,298 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "ViewGeometry.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace teravox
+{
+
+Matrix4 Multiply(const Matrix4& a, const Matrix4& b)
+{
+  Matrix4 c{};
+  for (std::size_t i = 0; i < 4; ++i)
+  {
+    for (std::size_t j = 0; j < 4; ++j)
+    {
+      for (std::size_t k = 0; k < 4; ++k)
+      {
+        c[4 * i + j] += a[4 * i + k] * b[4 * k + j];
+      }
+    }
+  }
+  return c;
+}
+
+Result<Matrix4> Invert(const Matrix4& m)
+{
+  // Gauss-Jordan with row pivoting; rows are scaled first, because world units may be metres or
+  // nanometres.
+  Matrix4 a = m;
+  Matrix4 inverse{ 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
+  for (std::size_t column = 0; column < 4; ++column)
+  {
+    std::size_t pivot = column;
+    for (std::size_t r = column; r < 4; ++r)
+    {
+      if (std::abs(a[4 * r + column]) > std::abs(a[4 * pivot + column]))
+      {
+        pivot = r;
+      }
+    }
+    const double p = a[4 * pivot + column];
+    if (p == 0 || !std::isfinite(p))
+    {
+      return Status(StatusCode::InvalidArgument,
+        "The matrix from voxels to the world, or that of the camera, is singular.");
+    }
+    for (std::size_t j = 0; j < 4; ++j)
+    {
+      std::swap(a[4 * pivot + j], a[4 * column + j]);
+      std::swap(inverse[4 * pivot + j], inverse[4 * column + j]);
+    }
+    for (std::size_t j = 0; j < 4; ++j)
+    {
+      a[4 * column + j] /= p;
+      inverse[4 * column + j] /= p;
+    }
+    for (std::size_t r = 0; r < 4; ++r)
+    {
+      const double f = a[4 * r + column];
+      if (r == column || f == 0)
+      {
+        continue;
+      }
+      for (std::size_t j = 0; j < 4; ++j)
+      {
+        a[4 * r + j] -= f * a[4 * column + j];
+        inverse[4 * r + j] -= f * inverse[4 * column + j];
+      }
+    }
+  }
+  return inverse;
+}
+
+namespace
+{
+Double3 Point(const Matrix4& m, const Double3& p)
+{
+  std::array<double, 4> r{};
+  for (std::size_t i = 0; i < 4; ++i)
+  {
+    r[i] = m[4 * i] * p[0] + m[4 * i + 1] * p[1] + m[4 * i + 2] * p[2] + m[4 * i + 3];
+  }
+  return { r[0] / r[3], r[1] / r[3], r[2] / r[3] };
+}
+
+Double3 Vector(const Matrix4& m, const Double3& v)
+{
+  Double3 r{};
+  for (std::size_t i = 0; i < 3; ++i)
+  {
+    r[i] = m[4 * i] * v[0] + m[4 * i + 1] * v[1] + m[4 * i + 2] * v[2];
+  }
+  return r;
+}
+
+double Length(const Double3& v)
+{
+  return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+MarchParameters::Vec ToFloat(const Double3& v)
+{
+  return { static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]), 0.0f };
+}
+
+// Rays in view space: origin at view depth 0 and direction per unit of depth.
+struct ViewRay
+{
+  Double3 Origin;
+  Double3 Direction;
+};
+
+ViewRay RayThrough(const Matrix4& viewFromClip, double x, double y)
+{
+  const Double3 a = Point(viewFromClip, { x, y, -1 });
+  const Double3 b = Point(viewFromClip, { x, y, 1 });
+  const double depth = a[2] - b[2];
+  ViewRay ray;
+  for (std::size_t i = 0; i < 3; ++i)
+  {
+    ray.Direction[i] = (b[i] - a[i]) / depth;
+    ray.Origin[i] = a[i] + ray.Direction[i] * a[2]; // a lies at depth -a[2]
+  }
+  return ray;
+}
+
+LevelDepths ComputeLevels(const PyramidLayout& layout, const ViewInput& input, const Double3& edges,
+  double widthAt0, double widthPerDepth)
+{
+  LevelDepths levels;
+  const int last = layout.NumberOfLevels() - 1;
+  levels.Minimum = std::clamp(input.MinimumLevel, 0, last);
+  levels.Maximum = std::clamp(input.MaximumLevel, levels.Minimum, last);
+  levels.Start.fill(std::numeric_limits<double>::infinity());
+  const double bias = std::exp2(input.LevelBias);
+  for (int l = 0; l <= levels.Maximum; ++l)
+  {
+    double edge = 0;
+    for (std::size_t a = 0; a < 3; ++a)
+    {
+      if (layout.Factor(l)[a] > 1)
+      {
+        edge = std::max(edge, edges[a] * static_cast<double>(layout.Factor(l)[a]));
+      }
+    }
+    double& start = levels.Start[static_cast<std::size_t>(l)];
+    if (l <= levels.Minimum || edge <= widthAt0 * bias)
+    {
+      start = -std::numeric_limits<double>::infinity();
+    }
+    else if (widthPerDepth > 0)
+    {
+      start = (edge / bias - widthAt0) / widthPerDepth;
+    }
+  }
+  if (widthPerDepth == 0)
+  {
+    while (levels.Start[static_cast<std::size_t>(levels.Maximum)] > 0)
+    {
+      --levels.Maximum;
+    }
+    levels.Minimum = levels.Maximum;
+  }
+  return levels;
+}
+} // namespace
+
+Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewInput& input)
+{
+  const auto viewFromClip = Invert(input.ClipFromView);
+  const auto worldFromView = Invert(input.ViewFromWorld);
+  const auto voxelFromWorld = Invert(input.WorldFromVoxel);
+  for (const auto* m : { &viewFromClip, &worldFromView, &voxelFromWorld })
+  {
+    if (!*m)
+    {
+      return m->GetStatus();
+    }
+  }
+  ViewGeometry g;
+  const Matrix4 voxelFromView = Multiply(voxelFromWorld.Value(), worldFromView.Value());
+  const Int3& dims = layout.Dimensions(0);
+
+  // Everything about a ray is affine in the pixel.
+  const auto ndc = [&](double px, double py)
+  { return RayThrough(viewFromClip.Value(), 2 * px / input.Width - 1, 2 * py / input.Height - 1); };
+  const ViewRay corner = ndc(0, 0);
+  const ViewRay alongX = ndc(input.Width, 0);
+  const ViewRay alongY = ndc(0, input.Height);
+  const ViewRay center = ndc(0.5 * input.Width, 0.5 * input.Height);
+  const Matrix4& p = input.ClipFromView;
+  const bool parallel = p[12] == 0 && p[13] == 0 && p[14] == 0;
+
+  double boxNear = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 8; ++i)
+  {
+    const Double3 voxel{ i & 1 ? static_cast<double>(dims[0]) : 0.0,
+      i & 2 ? static_cast<double>(dims[1]) : 0.0, i & 4 ? static_cast<double>(dims[2]) : 0.0 };
+    const Double3 view = Point(Multiply(input.ViewFromWorld, input.WorldFromVoxel), voxel);
+    boxNear = std::min(boxNear, -view[2]);
+  }
+  const double nearDepth = -Point(viewFromClip.Value(), { 0, 0, -1 })[2];
+  const double farDepth = -Point(viewFromClip.Value(), { 0, 0, 1 })[2];
+  // In parallel projection rays start far from what they show; depth is counted from the volume.
+  g.DepthOrigin = parallel ? std::clamp(boxNear, nearDepth, farDepth) : 0.0;
+
+  const auto originAt = [&](const ViewRay& ray)
+  {
+    Double3 o = ray.Origin;
+    for (std::size_t a = 0; a < 3; ++a)
+    {
+      o[a] += ray.Direction[a] * g.DepthOrigin;
+    }
+    return Point(voxelFromView, o);
+  };
+  const Double3 middle = originAt(center);
+  Double3 anchor{};
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    anchor[a] = std::clamp(std::floor(middle[a]), 0.0, static_cast<double>(dims[a] - 1));
+    g.Parameters.Anchor[a] = static_cast<std::uint32_t>(anchor[a]);
+    g.Parameters.Dimensions[a] = static_cast<std::uint32_t>(dims[a]);
+  }
+  const auto difference = [](const Double3& a, const Double3& b, double by) {
+    return Double3{ (a[0] - b[0]) / by, (a[1] - b[1]) / by, (a[2] - b[2]) / by };
+  };
+  const double w = input.Width;
+  const double h = input.Height;
+  const Double3 o = originAt(corner);
+  g.Parameters.RayOrigin = { ToFloat(difference(o, anchor, 1)),
+    ToFloat(parallel ? difference(originAt(alongX), o, w) : Double3{}),
+    ToFloat(parallel ? difference(originAt(alongY), o, h) : Double3{}) };
+  const Double3 d = Vector(voxelFromView, corner.Direction);
+  g.Parameters.RayDirection = { ToFloat(d),
+    ToFloat(difference(Vector(voxelFromView, alongX.Direction), d, w)),
+    ToFloat(difference(Vector(voxelFromView, alongY.Direction), d, h)) };
+  const Double3 v = Vector(worldFromView.Value(), corner.Direction);
+  g.Parameters.RayWorld = { ToFloat(v),
+    ToFloat(difference(Vector(worldFromView.Value(), alongX.Direction), v, w)),
+    ToFloat(difference(Vector(worldFromView.Value(), alongY.Direction), v, h)) };
+
+  // Width of a pixel in view space; view space has the world's unit.
+  const double widthAt0 = parallel ? Length(difference(alongX.Origin, corner.Origin, w)) : 0.0;
+  const double widthPerDepth =
+    parallel ? 0.0 : Length(difference(alongX.Direction, corner.Direction, w));
+  Double3 edges{};
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    Double3 axis{};
+    axis[a] = 1;
+    edges[a] = Length(Vector(input.WorldFromVoxel, axis));
+  }
+  g.SmallestEdge = std::min({ edges[0], edges[1], edges[2] });
+  g.Levels = ComputeLevels(layout, input, edges, widthAt0, widthPerDepth);
+  g.Parameters.Levels = { static_cast<std::uint32_t>(layout.NumberOfLevels()),
+    static_cast<std::uint32_t>(g.Levels.Minimum), static_cast<std::uint32_t>(g.Levels.Maximum),
+    static_cast<std::uint32_t>(layout.PageDepth()) };
+  g.Parameters.Dimensions[3] = static_cast<std::uint32_t>(layout.BrickSize());
+  for (int l = 0; l < layout.NumberOfLevels(); ++l)
+  {
+    const auto at = static_cast<std::size_t>(l);
+    for (std::size_t a = 0; a < 3; ++a)
+    {
+      g.Parameters.LevelFactor[at][a] = static_cast<std::uint32_t>(layout.Factor(l)[a]);
+      g.Parameters.LevelBricks[at][a] = static_cast<std::uint32_t>(layout.Bricks(l)[a]);
+    }
+    g.Parameters.LevelFactor[at][3] = static_cast<std::uint32_t>(layout.DirectoryBase(l));
+    g.Parameters.LevelBricks[at][3] = static_cast<std::uint32_t>(layout.DirectoryEntries());
+    g.Parameters.LevelStart[at][0] =
+      static_cast<float>(std::clamp(g.Levels.Start[at] - g.DepthOrigin, -3.0e38, 3.0e38));
+  }
+
+  const double inset = input.CellData ? 0.0 : 0.5;
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    g.Intervals.BoxLow[a] = static_cast<float>(inset - anchor[a]);
+    g.Intervals.BoxHigh[a] = static_cast<float>(static_cast<double>(dims[a]) - inset - anchor[a]);
+  }
+  g.Intervals.Near = static_cast<float>(nearDepth - g.DepthOrigin);
+  g.Intervals.Far = static_cast<float>(farDepth - g.DepthOrigin);
+  // ndc = (p10 z + p11) / (p14 z + p15) for view z = -depth; ndc = 2 d - 1.
+  const double numerator0 = -p[15] - p[11];
+  const double numerator1 = 2 * p[15];
+  const double denominator0 = -p[14] - p[10];
+  const double denominator1 = 2 * p[14];
+  g.Intervals.DepthToView = { static_cast<float>(numerator0 - g.DepthOrigin * denominator0),
+    static_cast<float>(numerator1 - g.DepthOrigin * denominator1), static_cast<float>(denominator0),
+    static_cast<float>(denominator1) };
+
+  g.Order.Parallel = parallel;
+  g.Order.Eye = middle;
+  g.Order.Direction = Vector(voxelFromView, center.Direction);
+  return g;
+}
+
+} // namespace teravox

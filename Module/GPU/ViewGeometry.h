@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "PyramidLayout.h"
+#include "RayMarcher.h"
+#include "Residency.h"
+
+#include <array>
+
+namespace teravox
+{
+
+using Matrix4 = std::array<double, 16>; ///< row-major, acts on column vectors
+
+Matrix4 Multiply(const Matrix4& a, const Matrix4& b);
+/// Errors: InvalidArgument if the matrix is singular.
+Result<Matrix4> Invert(const Matrix4& m);
+
+/// Camera and placement of one volume in one view.
+struct ViewInput
+{
+  Matrix4 ViewFromWorld{};
+  Matrix4 ClipFromView{};   ///< OpenGL: depth -1..1
+  Matrix4 WorldFromVoxel{}; ///< corner coordinates of level 0
+  int Width = 0;            ///< pixels of the whole, untiled picture
+  int Height = 0;
+  double LevelBias = 0; ///< pixel widths are multiplied by 2^bias
+  int MinimumLevel = 0;
+  int MaximumLevel = 31;
+  bool CellData = false; ///< the box covers whole voxels, else it ends at outer centres
+};
+
+/// The depths at which lambda changes: Start[l] is the least view depth at which level l is coarse
+/// enough to be allowed (-infinity for the minimum level, +infinity for levels that never are).
+/// DESIGN: the coarsest level whose voxel edge is at most a pixel's width on every axis that this
+/// level has averaged. In parallel projection Minimum == Maximum == the one level of the picture.
+struct LevelDepths
+{
+  int Minimum = 0;
+  int Maximum = 0;
+  std::array<double, 32> Start{};
+};
+
+/// What a view needs, computed in double precision relative to an integer anchor near the rays'
+/// origin so that accuracy depends neither on size nor on place of the volume.
+struct ViewGeometry
+{
+  MarchParameters Parameters; ///< rays, anchor, levels; the rest is left as it is
+  IntervalParameters Intervals;
+  LevelDepths Levels;
+  ViewOrder Order;
+  /// Depths along the rays are view depths minus this (0 in perspective).
+  double DepthOrigin = 0;
+  /// Shortest edge of a level-0 voxel, world units.
+  double SmallestEdge = 1;
+
+  /// Errors: InvalidArgument (singular matrices).
+  static Result<ViewGeometry> Make(const PyramidLayout& layout, const ViewInput& input);
+};
+
+} // namespace teravox

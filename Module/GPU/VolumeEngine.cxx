@@ -1,0 +1,535 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "VolumeEngine.h"
+
+#include "GLStateGuard.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+namespace teravox
+{
+
+namespace
+{
+constexpr std::uint32_t MostSteps = 16384; // llvmpipe ends a shader after 65 535 iterations
+constexpr std::uint32_t FewestSteps = 1024;
+constexpr double LongPass = 0.4; // seconds; drivers' watchdogs bite at about 2
+constexpr double ShortPass = 0.1;
+
+// How the tolerance is divided. A segment may err by its share because errors of segments have both
+// signs and only the few near edges of the transfer function reach it; termination takes its part
+// whole.
+constexpr double SegmentShare = 1.0 / 32;
+constexpr double TerminationShare = 1.0 / 4;
+constexpr float LargestRefinement = 6; // 1/64 voxel
+
+double Now()
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+} // namespace
+
+VolumeEngine::VolumeEngine() = default;
+VolumeEngine::~VolumeEngine() = default;
+
+void VolumeEngine::SetSource(std::shared_ptr<BrickSource> source)
+{
+  if (source == this->Source_)
+  {
+    return;
+  }
+  this->Source_ = std::move(source);
+  this->Plan_ = {}; // a new page table with the next frame
+  if (this->Loader)
+  {
+    this->Loader->SetSource(0, this->Source_);
+  }
+}
+
+void VolumeEngine::SetSettings(const EngineSettings& settings)
+{
+  const bool loader = settings.LoaderThreads != this->Settings.LoaderThreads ||
+    settings.ShuffleSeed != this->Settings.ShuffleSeed;
+  this->Settings = settings;
+  if (loader)
+  {
+    this->Loader.reset();
+  }
+}
+
+void VolumeEngine::SetTransferFunction(TransferFunction function, std::uint64_t version)
+{
+  if (version != this->FunctionVersion)
+  {
+    this->Function = std::move(function);
+    this->FunctionVersion = version;
+  }
+}
+
+void VolumeEngine::PrepareLoader()
+{
+  // A quarter for what the source keeps (chunks), the rest for bricks in cache and on the way.
+  const std::uint64_t forSource = this->Settings.HostMemoryBudget / 4;
+  const std::uint64_t forCache = this->Settings.HostMemoryBudget - forSource;
+  this->Source_->SetMemoryBudget(forSource);
+  if (!this->Cache)
+  {
+    this->Cache = std::make_shared<BrickCache>(forCache);
+  }
+  this->Cache->SetBudget(forCache);
+  if (!this->Loader)
+  {
+    this->Loader = std::make_unique<BrickLoader>(
+      this->Cache, this->Settings.LoaderThreads, this->Settings.ShuffleSeed);
+    this->Loader->SetSource(0, this->Source_);
+  }
+}
+
+std::uint64_t VolumeEngine::FixedBytes(const ViewState* except, int width, int height) const
+{
+  std::uint64_t bytes = ViewState::BytesFor(width, height) + sizeof(MarchParameters) +
+    this->Transfer.Texels.size() * sizeof(float);
+  const std::uint64_t tiles = 12 * ((static_cast<std::uint64_t>(width) + 31) / 32) *
+    ((static_cast<std::uint64_t>(height) + 31) / 32);
+  bytes += tiles;
+  for (const auto& view : this->Views)
+  {
+    if (view.second.get() != except)
+    {
+      bytes += ViewState::BytesFor(view.second->Width(), view.second->Height()) + tiles;
+    }
+  }
+  return bytes;
+}
+
+Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
+{
+  const VolumeInfo& info = this->Source_->Info();
+  const VoxelFormat format = VoxelFormat::Choose(info.Type, this->Marcher->Probe());
+  const auto view = this->Views.find(request.View);
+  AtlasRequest wanted;
+  wanted.BudgetBytes = this->Settings.GPUMemoryBudget;
+  wanted.ReservedBytes = this->FixedBytes(view == this->Views.end() ? nullptr : view->second.get(),
+    request.Camera.Width, request.Camera.Height);
+  wanted.BytesPerTexel = format.BytesPerTexel;
+  wanted.PowerOfTwo = format.DriverFilter;
+  wanted.SlotTable = format.Relative;
+  wanted.MaximumSlots = this->Settings.MaximumSlots;
+  GLint largest = 0;
+  glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &largest);
+  wanted.MaximumTextureSize = largest;
+  const bool fits = this->Atlas && this->Plan_.Slots != 0 &&
+    wanted.BudgetBytes == this->PlannedFor.BudgetBytes &&
+    wanted.MaximumSlots == this->PlannedFor.MaximumSlots &&
+    this->Plan_.TotalBytes() + wanted.ReservedBytes <= wanted.BudgetBytes;
+  if (fits)
+  {
+    return {};
+  }
+  const Result<AtlasPlan> plan = PlanAtlas(info.Layout, wanted);
+  if (!plan)
+  {
+    return plan.GetStatus();
+  }
+  if (this->Atlas)
+  {
+    this->BytesUploadedBefore += this->Atlas->BytesUploaded();
+    this->TableBytesBefore += this->Atlas->PageTableBytesUploaded();
+    this->EvictionsBefore += this->Residency_->NumberOfEvictions();
+  }
+  this->Atlas.reset();
+  this->Residency_.reset();
+  this->Plan_ = plan.Value();
+  this->PlannedFor = wanted;
+  Result<std::unique_ptr<BrickAtlas>> atlas =
+    BrickAtlas::Make(this->Memory_, this->Plan_, format, info.Layout.StoredSize());
+  if (!atlas)
+  {
+    this->Plan_ = {};
+    return atlas.GetStatus();
+  }
+  this->Atlas = std::move(atlas.Value());
+  this->Table = std::make_unique<PageTable>(info.Layout, this->Plan_.PageBlocks);
+  this->Residency_ = std::make_unique<Residency>(*this->Table, this->Plan_.Slots);
+  for (int l = 0; l < info.Layout.NumberOfLevels(); ++l)
+  {
+    BrickKey first;
+    first.Level = static_cast<std::uint8_t>(l);
+    first.PageLevel = static_cast<std::uint8_t>(info.Layout.PageDepth());
+    const auto ranges =
+      this->Source_->ReadRanges(first, info.Layout.Pages(l, info.Layout.PageDepth()));
+    // Without them nothing is known to be empty up there; the bricks may be readable all the same.
+    if (ranges)
+    {
+      this->Table->SetDirectoryRanges(l, ranges.Value());
+    }
+  }
+  return {};
+}
+
+Status VolumeEngine::PinCoarsest()
+{
+  const PyramidLayout& layout = this->Source_->Info().Layout;
+  const int level = layout.NumberOfLevels() - 1;
+  const Int3& n = layout.Bricks(level);
+  std::vector<BrickKey> bricks;
+  if (n[0] * n[1] * n[2] <= this->Plan_.Slots / 4 + 1)
+  {
+    BrickKey key;
+    key.Level = static_cast<std::uint8_t>(level);
+    for (key.Z = 0; key.Z < n[2]; ++key.Z)
+    {
+      for (key.Y = 0; key.Y < n[1]; ++key.Y)
+      {
+        for (key.X = 0; key.X < n[0]; ++key.X)
+        {
+          bricks.push_back(key);
+        }
+      }
+    }
+  }
+  this->Residency_->SetPinned(std::move(bricks));
+  return {};
+}
+
+Status VolumeEngine::Prepare(const FrameRequest& request)
+{
+  if (!this->Source_)
+  {
+    return Status(StatusCode::InvalidArgument, "There is no brick source to draw.");
+  }
+  if (this->Source_->Info().Components != 1)
+  {
+    return Status(StatusCode::Unsupported,
+      this->Source_->Info().Name + " has " + std::to_string(this->Source_->Info().Components) +
+        " components per voxel; volumes of one component can be drawn.");
+  }
+  if (!this->Marcher)
+  {
+    Result<std::unique_ptr<RayMarcher>> marcher = RayMarcher::Make(this->Memory_);
+    if (!marcher)
+    {
+      return marcher.GetStatus();
+    }
+    this->Marcher = std::move(marcher.Value());
+    this->TableVersion = 0;
+  }
+  if (this->TableVersion != this->FunctionVersion || this->Transfer.Nodes == 0)
+  {
+    const VolumeInfo& info = this->Source_->Info();
+    this->Transfer = BuildTransferTable(this->Function, info.Range, !IsFloat(info.Type),
+      ViewGeometry::Make(info.Layout, request.Camera) ? 1e-3 * this->Function.UnitDistance : 1.0);
+    this->Marcher->SetTransferTable(this->Transfer);
+    this->TableVersion = this->FunctionVersion;
+  }
+  this->PrepareLoader();
+  return this->PrepareAtlas(request);
+}
+
+void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& parameters) const
+{
+  const auto& n = this->Plan_.SlotsPerAxis;
+  const auto& size = this->Plan_.AtlasSize;
+  const VoxelFormat& format = this->Atlas->Format();
+  parameters.Atlas = { static_cast<std::uint32_t>(n[0]), static_cast<std::uint32_t>(n[1]),
+    static_cast<std::uint32_t>(n[2]),
+    static_cast<std::uint32_t>(this->Source_->Info().Layout.StoredSize()) };
+  parameters.AtlasScale = { 1.0f / static_cast<float>(size[0]), 1.0f / static_cast<float>(size[1]),
+    1.0f / static_cast<float>(size[2]), 0.0f };
+  parameters.Value = { static_cast<float>(format.Scale), static_cast<float>(format.Offset), 0.0f,
+    0.0f };
+  const auto low = static_cast<float>(this->Transfer.Low);
+  parameters.Transfer = { low, static_cast<float>(this->Transfer.Low - static_cast<double>(low)),
+    static_cast<float>(this->Transfer.NodesPerUnit), static_cast<float>(this->Transfer.Nodes) };
+  const bool controlled = request.Tolerance > 0;
+  const double tolerance = request.Tolerance * this->Looseness;
+  parameters.Step = { controlled ? 1.0f : -static_cast<float>(request.SampleDistance),
+    controlled ? static_cast<float>(tolerance * SegmentShare) : 1.0f,
+    controlled ? static_cast<float>(request.Tolerance * TerminationShare) : 1.0e-6f,
+    controlled ? LargestRefinement : 0.0f };
+  parameters.Switches = { request.EmptySpaceSkipping ? 1u : 0u, 0u, 0u, 0u };
+  parameters.Limits[0] = MostSteps;
+  parameters.Material = request.Material;
+  parameters.LightColor = { request.LightColor[0], request.LightColor[1], request.LightColor[2],
+    0 };
+}
+
+bool VolumeEngine::Carry(const FramePlan& plan)
+{
+  for (const FramePlan::Upload& upload : plan.Uploads)
+  {
+    this->Atlas->Upload(upload.Slot, *upload.Data);
+    ++this->BricksUploaded;
+  }
+  const PageTable::Changes changes = this->Table->TakeChanges();
+  this->Atlas->Apply(*this->Table, changes);
+  this->Operations_ += plan.Uploads.size() + plan.Requests.size() +
+    changes.Blocks.size() * PageTable::EntriesPerBlock +
+    (changes.Directory ? static_cast<std::size_t>(this->Table->Layout().DirectoryEntries()) : 0);
+  this->Failures.insert(this->Failures.end(), plan.Failures.begin(), plan.Failures.end());
+  this->Loader->Request(plan.Requests);
+  return !plan.Uploads.empty() || !changes.Blocks.empty() || changes.Directory;
+}
+
+Status VolumeEngine::RunPasses(
+  const FrameRequest& request, ViewState& view, MarchParameters& parameters, const ViewOrder& order)
+{
+  ShaderVariant variant;
+  variant.Nearest = request.Nearest;
+  variant.DriverFilter = this->Atlas->Format().DriverFilter;
+  variant.FloatData = this->Atlas->Format().DataType == GL_FLOAT;
+  variant.SlotTable = this->Atlas->Format().Relative;
+  variant.Shade = request.Shade;
+  variant.Interactive = !request.Converge;
+  variant.Count = request.CountSamples;
+  variant.ShowLevel = request.ShowLevel;
+
+  Feedback feedback;
+  bool waiting = false;
+  bool unfinished = true;
+  bool drawn = false;
+  double lastProgress = Now();
+  double lastPass = 0;
+  while (true)
+  {
+    const FramePlan plan = this->Residency_->Step(feedback, this->Loader->TakeFinished(), order);
+    const bool changed = this->Carry(plan);
+    this->Frame.MissingBricks = this->Residency_->NumberOfMissing();
+    if (changed)
+    {
+      lastProgress = Now();
+    }
+    if (request.Abort && request.Abort())
+    {
+      this->Frame.Aborted = true;
+      return {};
+    }
+    if (request.Timeout > 0 && Now() - lastProgress > request.Timeout)
+    {
+      this->Frame.TimedOut = true;
+      return {};
+    }
+    if (drawn && waiting && !unfinished && !changed)
+    {
+      // Nothing new for the rays: wait for bricks instead of drawing the same again, and for a
+      // little more than one where they come fast.
+      this->Loader->WaitFinished(0.05);
+      const double until = Now() + std::min(0.02, lastPass);
+      while (this->Loader->Pending() > 0 && Now() < until)
+      {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+      continue;
+    }
+    variant.Substitute = !variant.Interactive && this->Table->NumberOfFailed() > 0;
+    const double start = Now();
+    Result<PassResult> pass = this->Marcher->DrawPass(view, *this->Atlas, parameters, variant);
+    if (!pass)
+    {
+      return pass.GetStatus();
+    }
+    drawn = true;
+    ++this->Frame.Passes;
+    lastPass = Now() - start;
+    std::uint32_t& limit = parameters.Limits[0];
+    limit = lastPass > LongPass ? std::max(limit / 2, FewestSteps)
+      : lastPass < ShortPass    ? std::min(limit * 2, MostSteps)
+                                : limit;
+    waiting = pass.Value().Waiting;
+    unfinished = pass.Value().Unfinished;
+    this->Frame.Samples += pass.Value().Samples;
+    this->Frame.ContributingSamples += pass.Value().Contributing;
+    feedback = std::move(pass.Value().Report);
+    lastProgress = waiting ? lastProgress : Now();
+    if (!request.Converge)
+    {
+      this->Frame.Converged = !unfinished && !pass.Value().Fallback && this->Looseness == 1;
+    }
+    if (!waiting && !unfinished)
+    {
+      break;
+    }
+  }
+  if (request.Converge)
+  {
+    this->Frame.Converged = this->Table->NumberOfFailed() == 0;
+  }
+  this->Frame.MissingBricks = feedback.Missed.size();
+  // For the next frame: what was missed is asked for now.
+  const FramePlan plan = this->Residency_->Step(feedback, this->Loader->TakeFinished(), order);
+  this->Carry(plan);
+  return {};
+}
+
+Status VolumeEngine::Render(const FrameRequest& request)
+{
+  const std::uint64_t draws = this->Frame.Draws + 1;
+  this->Frame = {};
+  this->Frame.Draws = draws;
+  this->Operations_ = 0;
+  const GLStateGuard guard;
+  if (const Status status = this->Prepare(request); !status)
+  {
+    return status;
+  }
+  Result<ViewGeometry> geometry = ViewGeometry::Make(this->Source_->Info().Layout, request.Camera);
+  if (!geometry)
+  {
+    return geometry.GetStatus();
+  }
+  std::unique_ptr<ViewState>& view = this->Views[request.View];
+  if (!view)
+  {
+    view = std::make_unique<ViewState>();
+  }
+  if (!view->Resize(this->Memory_, request.Camera.Width, request.Camera.Height, this->Plan_))
+  {
+    view->Release();
+    return Status(StatusCode::ResourceExhausted,
+      "The driver can't allocate the ray state of a picture of " +
+        std::to_string(request.Camera.Width) + " x " + std::to_string(request.Camera.Height) +
+        " pixels.");
+  }
+  MarchParameters& parameters = geometry.Value().Parameters;
+  const Matrix4& m = request.Camera.WorldFromVoxel;
+  const Result<Matrix4> inverse = Invert(m);
+  if (!inverse)
+  {
+    return inverse.GetStatus();
+  }
+  // Normals transform with the inverse transpose.
+  for (std::size_t i = 0; i < 3; ++i)
+  {
+    for (std::size_t j = 0; j < 3; ++j)
+    {
+      parameters.Normal[i][j] = static_cast<float>(inverse.Value()[4 * j + i]);
+    }
+  }
+  this->FillParameters(request, parameters);
+  if (request.Converge)
+  {
+    this->Looseness = 1;
+    this->Residency_->SetPinned({});
+  }
+  else
+  {
+    this->PinCoarsest();
+  }
+  geometry.Value().Intervals.HasDepth = request.UseDepth;
+  if (request.UseDepth)
+  {
+    this->Marcher->CopyDepth(*view, request.Framebuffer, request.X, request.Y);
+  }
+  const double start = Now();
+  Status status = this->Marcher->Begin(*view, parameters, geometry.Value().Intervals);
+  if (status)
+  {
+    status = this->RunPasses(request, *view, parameters, geometry.Value().Order);
+  }
+  if (!request.Converge && request.TimeBudget > 0)
+  {
+    // Coarser steps while frames take too long, exact ones again when there is time.
+    const double took = Now() - start;
+    this->Looseness = took > request.TimeBudget ? std::min(this->Looseness * 4, 4096.0)
+      : took < 0.5 * request.TimeBudget         ? std::max(this->Looseness / 2, 1.0)
+                                                : this->Looseness;
+  }
+  if (status)
+  {
+    status = this->Marcher->Compose(*view, request.Framebuffer, request.X, request.Y);
+  }
+  return status;
+}
+
+std::vector<float> VolumeEngine::ReadColors(const void* view, int& width, int& height)
+{
+  const auto found = this->Views.find(view);
+  width = height = 0;
+  if (found == this->Views.end() || found->second->Color.Id() == 0)
+  {
+    return {};
+  }
+  const GLStateGuard guard;
+  width = found->second->Width();
+  height = found->second->Height();
+  std::vector<float> colors(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
+  found->second->Color.Bind(0);
+  glGetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, colors.data());
+  for (std::size_t i = 3; i < colors.size(); i += 4)
+  {
+    colors[i] = 1.0f - colors[i];
+  }
+  return colors;
+}
+
+void VolumeEngine::ReleaseGraphics()
+{
+  if (this->Atlas)
+  {
+    this->BytesUploadedBefore += this->Atlas->BytesUploaded();
+    this->TableBytesBefore += this->Atlas->PageTableBytesUploaded();
+    this->EvictionsBefore += this->Residency_->NumberOfEvictions();
+  }
+  this->Views.clear();
+  this->Atlas.reset();
+  this->Residency_.reset();
+  this->Table.reset();
+  this->Marcher.reset();
+  this->Plan_ = {};
+}
+
+void VolumeEngine::RetryFailed()
+{
+  if (this->Table)
+  {
+    this->Table->ClearFailed();
+  }
+}
+
+std::vector<LoadResult> VolumeEngine::TakeFailures()
+{
+  return std::exchange(this->Failures, {});
+}
+
+std::uint64_t VolumeEngine::BytesUploaded() const
+{
+  return this->BytesUploadedBefore + (this->Atlas ? this->Atlas->BytesUploaded() : 0);
+}
+
+std::uint64_t VolumeEngine::PageTableBytesUploaded() const
+{
+  return this->TableBytesBefore + (this->Atlas ? this->Atlas->PageTableBytesUploaded() : 0);
+}
+
+std::uint64_t VolumeEngine::BytesRead() const
+{
+  return this->Source_ ? this->Source_->BytesRead() : 0;
+}
+
+std::size_t VolumeEngine::FailedBricks() const
+{
+  return this->Table ? this->Table->NumberOfFailed() : 0;
+}
+
+std::uint64_t VolumeEngine::HostMemoryUsed() const
+{
+  const std::uint64_t cache = this->Cache
+    ? this->Cache->GetCounters().BytesUsed + this->Cache->GetCounters().BytesReserved
+    : 0;
+  return cache + (this->Source_ ? this->Source_->MemoryUsed() : 0);
+}
+
+std::uint64_t VolumeEngine::AddressingBytes() const
+{
+  return this->Atlas ? this->Plan_.AddressingBytes() : 0;
+}
+
+std::string VolumeEngine::CheckInvariants() const
+{
+  return this->Residency_ ? this->Residency_->CheckInvariants() : std::string();
+}
+
+} // namespace teravox

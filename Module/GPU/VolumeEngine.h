@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "BrickAtlas.h"
+#include "BrickCache.h"
+#include "BrickLoader.h"
+#include "BrickSource.h"
+#include "RayMarcher.h"
+#include "Residency.h"
+#include "TransferTable.h"
+#include "ViewGeometry.h"
+#include "ViewState.h"
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace teravox
+{
+
+/// Budgets and switches of an engine; a change of one that matters rebuilds what depends on it.
+struct EngineSettings
+{
+  std::uint64_t GPUMemoryBudget = 0; ///< bytes, hard
+  std::uint64_t HostMemoryBudget = 0;
+  int LoaderThreads = 2;
+  std::uint32_t MaximumSlots = ~std::uint32_t{ 0 }; ///< for tests of small atlases
+  std::optional<std::uint64_t> ShuffleSeed;         ///< for tests of arrival orders
+};
+
+/// One picture of one volume in one view.
+struct FrameRequest
+{
+  const void* View = nullptr; ///< renderer (and eye): each has its own ray state
+  ViewInput Camera;
+  GLuint Framebuffer = 0;
+  int X = 0; ///< lower left of the viewport in the frame buffer, pixels
+  int Y = 0;
+  bool UseDepth = true;
+  bool Nearest = false;
+  bool Shade = false;
+  std::array<float, 4> Material{ 0, 1, 0, 1 };
+  std::array<float, 3> LightColor{ 1, 1, 1 };
+  double Tolerance = 1.0 / 255; ///< epsilon; 0: SampleDistance rules
+  double SampleDistance = 1;    ///< world units
+  bool EmptySpaceSkipping = true;
+  bool CountSamples = false;
+  bool ShowLevel = false;
+  bool Converge = true;  ///< return when the picture is converged; else draw what is there
+  double TimeBudget = 0; ///< seconds per frame when not converging; <= 0: none
+  double Timeout = 0;    ///< seconds without progress after which converging gives up; 0: never
+  std::function<bool()> Abort; ///< polled between passes
+};
+
+struct FrameStatistics
+{
+  bool Converged = false;
+  bool TimedOut = false;
+  bool Aborted = false;
+  std::size_t MissingBricks = 0;
+  std::uint64_t Passes = 0;
+  std::uint64_t Samples = 0;
+  std::uint64_t ContributingSamples = 0;
+  std::uint64_t Draws = 0;
+};
+
+/// The renderer of one volume in one GL context, between plain values and GL: source, loader, host
+/// cache, page table, residency, atlas, marcher, and the ray states of its views.
+/// Thread: used by the render thread only; functions marked GL need the context current.
+class VolumeEngine
+{
+public:
+  VolumeEngine();
+  VolumeEngine(const VolumeEngine&) = delete;
+  VolumeEngine& operator=(const VolumeEngine&) = delete;
+  VolumeEngine(VolumeEngine&&) = delete;
+  VolumeEngine& operator=(VolumeEngine&&) = delete;
+  ~VolumeEngine();
+
+  void SetSource(std::shared_ptr<BrickSource> source);
+  const std::shared_ptr<BrickSource>& Source() const { return this->Source_; }
+  void SetSettings(const EngineSettings& settings);
+  /// The function in data values; uploaded at the next frame. `version` tells whether it changed.
+  void SetTransferFunction(TransferFunction function, std::uint64_t version);
+
+  /// GL. Draws one frame. Errors leave the frame buffer untouched.
+  Status Render(const FrameRequest& request);
+  /// GL. The accumulators of the last frame of a view: premultiplied rgb and opacity, rows from the
+  /// bottom, 4 floats per pixel. Empty if there are none.
+  std::vector<float> ReadColors(const void* view, int& width, int& height);
+  /// GL. Frees everything that lives in the context.
+  void ReleaseGraphics();
+  /// Bricks that couldn't be read are asked for again.
+  void RetryFailed();
+
+  const FrameStatistics& LastFrame() const { return this->Frame; }
+  /// Failures since the last call.
+  std::vector<LoadResult> TakeFailures();
+  std::uint64_t BricksLoaded() const { return this->BricksUploaded; }
+  std::uint64_t BytesUploaded() const;
+  std::uint64_t PageTableBytesUploaded() const;
+  std::uint64_t BytesRead() const;
+  std::size_t FailedBricks() const;
+  const GPUMemory& Memory() const { return this->Memory_; }
+  std::uint64_t HostMemoryUsed() const;
+  std::uint64_t AddressingBytes() const;
+  const AtlasPlan& Plan() const { return this->Plan_; }
+  std::uint32_t SlotsInUse() const { return this->Residency_ ? this->Residency_->SlotsInUse() : 0; }
+  std::uint64_t Evictions() const
+  {
+    return this->EvictionsBefore + (this->Residency_ ? this->Residency_->NumberOfEvictions() : 0);
+  }
+  /// An empty text, or which invariant of page table and residency is broken.
+  std::string CheckInvariants() const;
+  /// Operations of the CPU side of the last frame: page-table entries written, wishes handled.
+  std::uint64_t Operations() const { return this->Operations_; }
+
+private:
+  Status Prepare(const FrameRequest& request);
+  Status PrepareAtlas(const FrameRequest& request);
+  Status PinCoarsest();
+  void PrepareLoader();
+  void FillParameters(const FrameRequest& request, MarchParameters& parameters) const;
+  Status RunPasses(const FrameRequest& request, ViewState& view, MarchParameters& parameters,
+    const ViewOrder& order);
+  bool Carry(const FramePlan& plan);
+  std::uint64_t FixedBytes(const ViewState* except, int width, int height) const;
+
+  GPUMemory Memory_; // outlives everything that reports to it
+  std::shared_ptr<BrickSource> Source_;
+  EngineSettings Settings;
+  std::shared_ptr<BrickCache> Cache;
+  std::unique_ptr<BrickLoader> Loader;
+  AtlasPlan Plan_;
+  AtlasRequest PlannedFor;
+  std::unique_ptr<PageTable> Table;
+  std::unique_ptr<Residency> Residency_;
+  std::unique_ptr<RayMarcher> Marcher;
+  std::unique_ptr<BrickAtlas> Atlas;
+  std::map<const void*, std::unique_ptr<ViewState>> Views;
+  TransferFunction Function;
+  std::uint64_t FunctionVersion = 0;
+  std::uint64_t TableVersion = 0;
+  TransferTable Transfer;
+  FrameStatistics Frame;
+  std::vector<LoadResult> Failures;
+  std::uint64_t BricksUploaded = 0;
+  std::uint64_t BytesUploadedBefore = 0;
+  std::uint64_t TableBytesBefore = 0;
+  std::uint64_t EvictionsBefore = 0;
+  std::uint64_t Operations_ = 0;
+  double Looseness = 1; ///< factor of the tolerance while frames must be fast
+};
+
+} // namespace teravox

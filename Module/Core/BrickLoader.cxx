@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "BrickLoader.h"
 
+#include "BrickGeometry.h"
+
 #include <algorithm>
 #include <cassert>
 #include <chrono>
@@ -20,46 +22,21 @@ constexpr std::uint64_t RangesPerBlock =
 /// How often a thread that waits for room looks again: nobody tells when a brick is let go.
 constexpr std::chrono::milliseconds RoomPollInterval{ 2 };
 
-std::uint64_t VoxelBytes(const VolumeInfo& info)
-{
-  const auto edge = static_cast<std::uint64_t>(info.Layout.StoredSize());
-  return edge * edge * edge * static_cast<std::uint64_t>(info.Components) * SizeOf(info.Type);
-}
-
 /// What the cache will charge for the item of this key.
 std::uint64_t ChargeOf(const BrickKey& key, const VolumeInfo& info)
 {
-  return CacheItem::Charge(
-    key.PageLevel == 0 ? VoxelBytes(info) + sizeof(Brick) : RangesPerBlock * sizeof(ValueRange));
-}
-
-std::string Subject(const BrickKey& key, const VolumeInfo& info)
-{
-  return key.ToString() + " of " + (info.Name.empty() ? "an unnamed volume" : info.Name);
-}
-
-Status CheckKey(const BrickKey& key, const VolumeInfo& info)
-{
-  const PyramidLayout& layout = info.Layout;
-  if (key.Level < layout.NumberOfLevels() && key.Time < static_cast<std::uint32_t>(info.TimeSteps))
-  {
-    const Int3 pages = layout.Pages(key.Level, key.PageLevel);
-    if (key.X < pages[0] && key.Y < pages[1] && key.Z < pages[2])
-    {
-      return {};
-    }
-  }
-  return Status(StatusCode::InvalidArgument, "There is no " + Subject(key, info) + ".");
+  return CacheItem::Charge(key.PageLevel == 0 ? BrickVoxelBytes(info) + sizeof(Brick)
+                                              : RangesPerBlock * sizeof(ValueRange));
 }
 
 Status CheckBrick(const BrickPointer& brick, const BrickKey& key, const VolumeInfo& info)
 {
   if (!brick || brick->Type != info.Type || brick->Components != info.Components ||
-    brick->StoredSize != info.Layout.StoredSize() || brick->Voxels.size() != VoxelBytes(info))
+    brick->StoredSize != info.Layout.StoredSize() || brick->Voxels.size() != BrickVoxelBytes(info))
   {
     return Status(StatusCode::Corrupt,
       "The source delivered " + std::to_string(brick ? brick->Voxels.size() : 0) +
-        " bytes instead of " + std::to_string(VoxelBytes(info)) +
+        " bytes instead of " + std::to_string(BrickVoxelBytes(info)) +
         ", or voxels of another shape, for " + Subject(key, info) + ".");
   }
   return {};

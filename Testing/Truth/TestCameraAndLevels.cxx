@@ -206,6 +206,15 @@ TEST(TruthLevelOfDetail, RayIsCutWhereTheLevelChanges)
       1 * slant;
     const double blue = (1 - red - green) * (1 - std::pow(0.98, end - 200 * slant));
     const TruthColor color = IntegratePixel(scene, pixel.X, pixel.Y);
+    const std::vector<TruthLevelSpan> spans = LevelSpans(scene, pixel.X, pixel.Y);
+    ASSERT_EQ(spans.size(), 3u);
+    const double depths[] = { 1, 100, 200, end / slant };
+    for (int level = 0; level < 3; ++level)
+    {
+      EXPECT_EQ(spans[static_cast<std::size_t>(level)].Level, level);
+      EXPECT_NEAR(spans[static_cast<std::size_t>(level)].DepthBegin, depths[level], 1e-10);
+      EXPECT_NEAR(spans[static_cast<std::size_t>(level)].DepthEnd, depths[level + 1], 1e-10);
+    }
     EXPECT_NEAR(color[0], red, 1e-12);
     EXPECT_NEAR(color[1], green, 1e-12);
     EXPECT_NEAR(color[2], blue, 1e-12);

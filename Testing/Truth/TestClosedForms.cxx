@@ -300,6 +300,23 @@ TEST(TruthClosedForm, AnisotropicRotatedMatrix)
   EXPECT_NEAR(IntegratePixel(scene, 0, 0)[3], -std::expm1(-tau), Tight);
 }
 
+TEST(TruthClosedForm, UnitDistanceInTheSpaceOfTheDataSet)
+{
+  // A prop twice as large along z: 5 voxels are 10 world units, and 5 units of the data set.
+  Matrix4 prop = IdentityMatrix();
+  prop[10] = 2;
+  const auto volume = OneLevel([](auto, auto, auto k) { return static_cast<double>(k); },
+    { 4, 4, 6 }, TruthInterpolation::Linear, false,
+    TruthVolume::WorldFromVoxel(
+      { 0.5, 0.5, 0.5 }, { 1, 1, 1 }, { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, prop));
+  const TruthTransfer transfer = Uniform(0.2, { 1, 1, 1 });
+  const TruthCamera camera = CameraAlongZ(2.1, 2.2, -1, 20);
+  TruthScene scene{ volume, transfer, camera, TruthLevelOfDetail(0) };
+  EXPECT_NEAR(IntegratePixel(scene, 0, 0)[3], 1 - std::pow(0.8, 10), 1e-13);
+  scene.LengthFromWorld = Invert(prop);
+  EXPECT_NEAR(IntegratePixel(scene, 0, 0)[3], 1 - std::pow(0.8, 5), 1e-13);
+}
+
 TEST(TruthClosedForm, OpaqueGeometryEndsTheRay)
 {
   const auto volume = OneLevel([](auto, auto, auto) { return 1.0; }, { 8, 8, 21 });

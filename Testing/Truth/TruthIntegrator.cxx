@@ -70,10 +70,11 @@ public:
   {
     this->Start = TransformPoint(this->Volume.VoxelFromWorld(), ray.Origin);
     this->Step = TransformVector(this->Volume.VoxelFromWorld(), ray.Direction);
+    this->LengthScale = Length(TransformVector(scene.LengthFromWorld, ray.Direction));
     this->Shading.Ray = ray;
   }
 
-  TruthColor Run(double opaqueDepth)
+  std::vector<TruthLevelSpan> Levels(double opaqueDepth) const
   {
     const TruthRay& ray = this->Shading.Ray;
     double begin = 0;
@@ -82,20 +83,47 @@ public:
     {
       this->Clip(axis, begin, end);
     }
-    if (begin < end)
+    std::vector<TruthLevelSpan> spans;
+    if (!(begin < end))
     {
-      this->Shading.Entry = ray.At(begin);
-      double from = begin;
-      for (const double depth : this->Scene.LevelOfDetail.BoundaryDepths())
+      return spans;
+    }
+    std::vector<double> cuts{ ray.DepthAt(begin) };
+    for (const double depth : this->Scene.LevelOfDetail.BoundaryDepths())
+    {
+      if (depth > cuts.back() && depth < ray.DepthAt(end))
       {
-        const double cut = ray.LengthAtDepth(depth);
-        if (cut > from && cut < end)
-        {
-          this->MarchLevel(from, cut);
-          from = cut;
-        }
+        cuts.push_back(depth);
       }
-      this->MarchLevel(from, end);
+    }
+    cuts.push_back(ray.DepthAt(end));
+    for (std::size_t i = 0; i + 1 < cuts.size(); ++i)
+    {
+      const int level = this->Scene.LevelOfDetail.LevelAtDepth(0.5 * (cuts[i] + cuts[i + 1]));
+      if (!spans.empty() && spans.back().Level == level)
+      {
+        spans.back().DepthEnd = cuts[i + 1];
+      }
+      else
+      {
+        spans.push_back({ level, cuts[i], cuts[i + 1] });
+      }
+    }
+    return spans;
+  }
+
+  TruthColor Run(double opaqueDepth)
+  {
+    const TruthRay& ray = this->Shading.Ray;
+    const std::vector<TruthLevelSpan> spans = this->Levels(opaqueDepth);
+    if (!spans.empty())
+    {
+      this->Shading.Entry = ray.At(ray.LengthAtDepth(spans.front().DepthBegin));
+    }
+    for (const TruthLevelSpan& span : spans)
+    {
+      this->Level = span.Level;
+      this->MarchLevel(ray.LengthAtDepth(span.DepthBegin), ray.LengthAtDepth(span.DepthEnd));
     }
     const double alpha = this->Wall ? 1 : -std::expm1(-this->Light.Tau);
     return { this->Light.Color[0], this->Light.Color[1], this->Light.Color[2], alpha };
@@ -126,8 +154,6 @@ private:
 
   void MarchLevel(double from, double to)
   {
-    const TruthRay& ray = this->Shading.Ray;
-    this->Level = this->Scene.LevelOfDetail.LevelAtDepth(ray.DepthAt(0.5 * (from + to)));
     const bool linear = this->Volume.Interpolation() == TruthInterpolation::Linear;
     if (this->Scene.Shading)
     {
@@ -210,7 +236,7 @@ private:
       this->HitWall(color);
       return;
     }
-    const double tau = this->Transfer.Extinction(alpha) * (to - from);
+    const double tau = this->Transfer.Extinction(alpha) * this->LengthScale * (to - from);
     this->Light.Color = this->Light.Color + std::exp(-this->Light.Tau) * -std::expm1(-tau) * color;
     this->Light.Tau += tau;
   }
@@ -334,7 +360,7 @@ private:
       smallest = interval == 0 ? -infinity : std::nextafter(knots[interval - 1], infinity);
       largest = interval == knots.size() ? infinity : std::nextafter(knots[interval], -infinity);
     }
-    const auto length = to - from;
+    const double length = this->LengthScale * (to - from);
     const auto value = [&](double s) { return std::clamp(cubic(s), smallest, largest); };
     if (this->Transfer.GetAlpha(value(0.5 * (lower + upper))) >= 1)
     {
@@ -424,6 +450,7 @@ private:
   double PieceTolerance;
   Double3 Start{}; // corner coordinates of level 0 at t = 0, and their growth per world length
   Double3 Step{};
+  double LengthScale = 1;
   TruthShadingRay Shading;
   Double3 GradientStep{ 1, 1, 1 };
   int Level = 0;
@@ -450,6 +477,12 @@ TruthColor IntegratePixel(
   const TruthScene& scene, int x, int y, double offsetX, double offsetY, double opaqueDepth)
 {
   return RayIntegrator(scene, scene.Camera.Ray(x, y, offsetX, offsetY)).Run(opaqueDepth);
+}
+
+std::vector<TruthLevelSpan> LevelSpans(
+  const TruthScene& scene, int x, int y, double offsetX, double offsetY, double opaqueDepth)
+{
+  return RayIntegrator(scene, scene.Camera.Ray(x, y, offsetX, offsetY)).Levels(opaqueDepth);
 }
 
 std::vector<TruthPixel> PixelBox(const TruthCamera& camera, int x, int y, int width, int height)

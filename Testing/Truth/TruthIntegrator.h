@@ -27,6 +27,10 @@ struct TruthScene
   TruthLevelOfDetail LevelOfDetail;
   const TruthShading* Shading = nullptr; ///< null: unshaded
   double Tolerance = 1e-9;               ///< absolute, per pixel and channel
+  /// Where the unit distance of the transfer function is measured. VTK 9.1 steps and measures in
+  /// the space of the data set: give the inverse of the prop's matrix there, which matters only if
+  /// that matrix scales. Identity: in world units.
+  Matrix4 LengthFromWorld = IdentityMatrix();
 };
 
 /// The truth of a pixel: the integral of c sigma exp(-tau) along the ray through
@@ -38,6 +42,18 @@ struct TruthScene
 /// it meets a knot of the transfer function; what is left is smooth and integrated adaptively.
 /// Nearest: cut at voxel faces, closed form. NaN adds nothing.
 TruthColor IntegratePixel(const TruthScene& scene, int x, int y, double offsetX = 0,
+  double offsetY = 0, double opaqueDepth = std::numeric_limits<double>::infinity());
+
+/// A stretch of a ray inside the box that is drawn from one level, as view depths.
+struct TruthLevelSpan
+{
+  int Level;
+  double DepthBegin;
+  double DepthEnd;
+};
+/// The levels along the ray of a pixel, front to back; neighbours differ. Empty where it misses the
+/// box.
+std::vector<TruthLevelSpan> LevelSpans(const TruthScene& scene, int x, int y, double offsetX = 0,
   double offsetY = 0, double opaqueDepth = std::numeric_limits<double>::infinity());
 
 struct TruthPixel

@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "Status.h"
+#include "Types.h"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+/// The commands of the program `teravox`. Each returns Ok, or why it failed; main() prints the
+/// reason as one sentence and turns it into the exit code 1.
+namespace teravox::program
+{
+
+struct ConvertOptions
+{
+  std::string Input;
+  std::string Output;
+  std::string Dataset; ///< of an HDF5 input
+  std::string Array;   ///< of an input with several; empty: its active scalars
+  std::string Compression = "lz4";
+  std::string Downsampling = "average";
+  int CompressionLevel = 0;
+  int BrickSize = 64;
+  std::uint64_t Memory = std::uint64_t{ 1 } << 30;
+  double FillValue = 0.0;
+  bool Quiet = false;
+};
+Status RunConvert(const ConvertOptions& options);
+
+struct InfoOptions
+{
+  std::string File;
+  std::string Dataset;
+  bool Json = false;
+};
+Status RunInfo(const InfoOptions& options);
+
+struct PlanOptions
+{
+  Int3 Dimensions{ 0, 0, 0 };
+  Double3 Spacing{ 1, 1, 1 };
+  ScalarType Type = ScalarType::UInt8;
+  int Components = 1;
+  int BrickSize = 64;
+  std::uint64_t GPUMemory = std::uint64_t{ 1 } << 30;
+  bool Json = false;
+};
+Status RunPlan(const PlanOptions& options);
+
+/// A volume on the command line: a file, or "formula:NAME"; perhaps repeated.
+struct VolumeOptions
+{
+  std::string Name;
+  std::string Dataset;
+  Int3 Dimensions{ 256, 256, 256 }; ///< of a formula
+  std::string Type = "u8";          ///< of a formula
+  Int3 Repeat{ 1, 1, 1 };
+  Int3 Pitch{ 0, 0, 0 }; ///< voxels from copy to copy; 0: the size of the volume
+};
+
+struct CameraOptions
+{
+  /// Where the camera is and where it looks, in fractions of the bounds: (0,0,0) and (1,1,1) are
+  /// opposite corners. Used if Given.
+  bool Given = false;
+  Double3 Position{ 0, 0, 0 };
+  Double3 FocalPoint{ 0.5, 0.5, 0.5 };
+  Double3 ViewUp{ 0, 0, 1 };
+  double ViewAngle = 30.0;
+  bool Parallel = false;
+  /// Else: turned around the middle of the volume, in degrees.
+  double Azimuth = 30.0;
+  double Elevation = 20.0;
+  double Zoom = 1.0;
+};
+
+struct RenderOptions
+{
+  VolumeOptions Volume;
+  std::string Output;
+  std::array<int, 2> Size{ 800, 600 };
+  CameraOptions Camera;
+  std::string TransferFunction; ///< file; empty: from the histogram
+  std::array<double, 3> Background{ 0.0, 0.0, 0.0 };
+  std::uint64_t GPUMemory = 0;  ///< 0: the mapper's default
+  std::uint64_t HostMemory = 0; ///< 0: the mapper's default
+  double Tolerance = 1.0 / 255.0;
+  std::string Stats; ///< JSON file to write
+  bool Quiet = false;
+};
+Status RunRender(const RenderOptions& options);
+
+struct BenchOptions
+{
+  std::vector<int> Sizes{ 256, 512 };
+  std::array<int, 2> Size{ 512, 512 };
+  int Frames = 5;
+  bool Json = false;
+  std::string Only; ///< one measurement, in this process
+};
+Status RunBench(const BenchOptions& options);
+
+} // namespace teravox::program

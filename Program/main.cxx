@@ -1,0 +1,273 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "ByteCount.h"
+#include "Commands.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <fmt/format.h>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace
+{
+
+using namespace teravox;
+using namespace teravox::program;
+
+/// The exit codes of the program.
+enum ExitCode
+{
+  Succeeded = 0,
+  Failed = 1,
+  WrongUsage = 2
+};
+
+/// An option that takes a number of bytes with a unit.
+CLI::Option* AddBytes(
+  CLI::App* app, const std::string& name, std::uint64_t& bytes, const std::string& description)
+{
+  return app
+    ->add_option_function<std::string>(
+      name,
+      [&bytes, name](const std::string& text)
+      {
+        const auto parsed = ParseByteCount(text);
+        if (!parsed)
+        {
+          throw CLI::ValidationError(
+            name, "'" + text + "' isn't a number of bytes such as 512M or 4G");
+        }
+        bytes = *parsed;
+      },
+      description)
+    ->type_name("BYTES");
+}
+
+using Run = std::function<Status()>;
+
+Run AddConvert(CLI::App& app)
+{
+  auto options = std::make_shared<ConvertOptions>();
+  CLI::App* command =
+    app.add_subcommand("convert", "Write a volume as an HDF5 pyramid, in bounded memory");
+  command->add_option("input", options->Input, "NIfTI, MetaImage, NRRD, VTK, TIFF or HDF5 file")
+    ->required()
+    ->type_name("IN");
+  command->add_option("output", options->Output, "HDF5 file to write")
+    ->required()
+    ->type_name("OUT.h5");
+  AddBytes(command, "--memory", options->Memory, "Memory to use; default 1G");
+  command->add_option(
+    "--brick", options->BrickSize, "Edge of a stored chunk in voxels; default 64");
+  command->add_option("--compression", options->Compression, "none, deflate or lz4; default lz4")
+    ->check(CLI::IsMember({ "none", "deflate", "lz4" }));
+  command
+    ->add_option(
+      "--level", options->CompressionLevel, "Effort of the compression, 1 (fast) to 12 (small)")
+    ->check(CLI::Range(0, 12));
+  command
+    ->add_option("--downsampling", options->Downsampling,
+      "How coarser levels are made: average, or mode for labels; default average")
+    ->check(CLI::IsMember({ "average", "mode" }));
+  command->add_option("--fill", options->FillValue, "Value that needn't be stored; default 0");
+  command->add_option("--array", options->Array, "Array of the input; default its active scalars");
+  command->add_option("--dataset", options->Dataset, "Dataset of an HDF5 input");
+  command->add_flag("--quiet", options->Quiet, "Print errors only");
+  return [options] { return RunConvert(*options); };
+}
+
+Run AddInfo(CLI::App& app)
+{
+  auto options = std::make_shared<InfoOptions>();
+  CLI::App* command =
+    app.add_subcommand("info", "Tell what an HDF5 file has, without reading voxels");
+  command->add_option("file", options->File, "HDF5 file")->required()->type_name("FILE");
+  command->add_option("--dataset", options->Dataset, "Dataset in the file; default its pyramid");
+  command->add_flag("--json", options->Json, "Print JSON");
+  return [options] { return RunInfo(*options); };
+}
+
+Run AddPlan(CLI::App& app)
+{
+  auto options = std::make_shared<PlanOptions>();
+  CLI::App* command =
+    app.add_subcommand("plan", "Tell levels, bricks and GPU memory of a volume of a given size");
+  command->add_option("nx", options->Dimensions[0], "Voxels along x")->required();
+  command->add_option("ny", options->Dimensions[1], "Voxels along y")->required();
+  command->add_option("nz", options->Dimensions[2], "Voxels along z")->required();
+  command->add_option_function<std::string>(
+    "--type",
+    [options](const std::string& text)
+    {
+      std::string name = text;
+      options->Components = 1;
+      for (const auto& [prefix, components] :
+        std::map<std::string, int>{ { "rgb8", 3 }, { "rgba8", 4 } })
+      {
+        if (name == prefix)
+        {
+          name = "u8";
+          options->Components = components;
+        }
+      }
+      const auto found = std::find_if(AllScalarTypes.begin(), AllScalarTypes.end(),
+        [&](ScalarType type) { return name == ToString(type); });
+      if (found == AllScalarTypes.end())
+      {
+        throw CLI::ValidationError(
+          "--type", "'" + text + "' is none of u8, i8, u16, i16, u32, i32, f32, f64, rgb8, rgba8");
+      }
+      options->Type = *found;
+    },
+    "u8 (default), i8, u16, i16, u32, i32, f32, f64, rgb8, rgba8");
+  command->add_option("--components", options->Components, "Components of a voxel, 1 to 4")
+    ->check(CLI::Range(1, 4));
+  command->add_option("--spacing", options->Spacing, "Edge lengths of a voxel; default 1 1 1");
+  command->add_option("--brick", options->BrickSize, "Inner edge of a brick in voxels; default 64");
+  AddBytes(command, "--gpu", options->GPUMemory, "GPU memory; default 1G");
+  command->add_flag("--json", options->Json, "Print JSON");
+  return [options] { return RunPlan(*options); };
+}
+
+void AddVolume(CLI::App* command, VolumeOptions& volume)
+{
+  command
+    ->add_option("volume", volume.Name,
+      "HDF5 file, or formula:NAME with constant, ramp, shells, marschner-lobb or sponge")
+    ->required()
+    ->type_name("FILE");
+  command->add_option("--dataset", volume.Dataset, "Dataset in the file; default its pyramid");
+  command->add_option(
+    "--dimensions", volume.Dimensions, "Voxels of a formula; default 256 256 256");
+  command->add_option("--type", volume.Type, "Scalar type of a formula; default u8");
+  command->add_option("--repeat", volume.Repeat, "Copies along each axis; default 1 1 1");
+  command->add_option(
+    "--pitch", volume.Pitch, "Voxels from copy to copy; default the size of the volume");
+}
+
+void AddCamera(CLI::App* command, CameraOptions& camera)
+{
+  command
+    ->add_option_function<std::vector<double>>(
+      "--camera",
+      [&camera](const std::vector<double>& numbers)
+      {
+        camera.Given = true;
+        std::copy_n(numbers.begin(), 3, camera.Position.begin());
+        std::copy_n(numbers.begin() + 3, 3, camera.FocalPoint.begin());
+        std::copy_n(numbers.begin() + 6, 3, camera.ViewUp.begin());
+      },
+      "Position, focal point (both in fractions of the bounds, 0 to 1 per axis) and view-up")
+    ->expected(9)
+    ->type_name("PX PY PZ FX FY FZ UX UY UZ");
+  command->add_option("--azimuth", camera.Azimuth, "Degrees around the volume; default 30");
+  command->add_option("--elevation", camera.Elevation, "Degrees above the volume; default 20");
+  command->add_option("--zoom", camera.Zoom, "Magnification; default 1")
+    ->check(CLI::PositiveNumber);
+  command
+    ->add_option("--view-angle", camera.ViewAngle, "Degrees of the picture's height; default 30")
+    ->check(CLI::Range(0.01, 170.0));
+  command->add_flag("--parallel", camera.Parallel, "Parallel projection");
+}
+
+Run AddRender(CLI::App& app)
+{
+  auto options = std::make_shared<RenderOptions>();
+  CLI::App* command = app.add_subcommand("render", "Draw a volume off-screen into a PNG file");
+  AddVolume(command, options->Volume);
+  command->add_option("output", options->Output, "PNG file to write")
+    ->required()
+    ->type_name("OUT.png");
+  command->add_option("--size", options->Size, "Width and height in pixels; default 800 600")
+    ->check(CLI::Range(1, 16384));
+  AddCamera(command, options->Camera);
+  command->add_option("--transfer-function", options->TransferFunction,
+    "JSON file with opacity and colour; default from the histogram");
+  command
+    ->add_option("--background", options->Background, "Red, green, blue in 0...1; default 0 0 0")
+    ->check(CLI::Range(0.0, 1.0));
+  AddBytes(command, "--gpu-memory", options->GPUMemory, "GPU memory to use");
+  AddBytes(command, "--host-memory", options->HostMemory, "Main memory to use");
+  command
+    ->add_option("--tolerance", options->Tolerance,
+      "Error allowed per pixel and channel, 0...1; default 1/255")
+    ->check(CLI::Range(0.0, 1.0));
+  command->add_option("--stats", options->Stats, "JSON file to write times, bytes and memory to");
+  command->add_flag("--quiet", options->Quiet, "Print errors only");
+  return [options] { return RunRender(*options); };
+}
+
+Run AddBench(CLI::App& app)
+{
+  auto options = std::make_shared<BenchOptions>();
+  CLI::App* command =
+    app.add_subcommand("bench", "Compare frame times with VTK's GPU and fixed-point mappers");
+  command
+    ->add_option("--volumes", options->Sizes, "Voxels per axis of the volumes; default 256 512")
+    ->check(CLI::Range(16, 2048));
+  command->add_option("--size", options->Size, "Width and height in pixels; default 512 512")
+    ->check(CLI::Range(16, 4096));
+  command->add_option("--frames", options->Frames, "Frames per measurement; default 5")
+    ->check(CLI::Range(1, 1000));
+  command->add_flag("--json", options->Json, "Print JSON");
+  command->add_option("--only", options->Only)->group(""); // what the program calls itself with
+  return [options] { return RunBench(*options); };
+}
+
+/// The first line of a parser's message, as a sentence.
+std::string UsageText(const CLI::ParseError& error)
+{
+  std::string text = error.what();
+  text = text.substr(0, text.find('\n'));
+  return text.empty() || text.back() == '.' ? text : text + ".";
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+  try
+  {
+    CLI::App app("Out-of-core volume rendering", "teravox");
+    app.set_version_flag("--version", "teravox " TERAVOX_VERSION);
+    app.require_subcommand(1);
+    std::map<std::string, Run> commands;
+    commands["convert"] = AddConvert(app);
+    commands["info"] = AddInfo(app);
+    commands["plan"] = AddPlan(app);
+    commands["render"] = AddRender(app);
+    commands["bench"] = AddBench(app);
+    try
+    {
+      app.parse(argc, argv);
+    }
+    catch (const CLI::ParseError& error)
+    {
+      if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
+      {
+        return app.exit(error); // help and version go to standard output
+      }
+      fmt::print(stderr, "teravox: {} (teravox --help tells more)\n", UsageText(error));
+      return WrongUsage;
+    }
+    const std::string name = app.get_subcommands().front()->get_name();
+    const Status status = commands.at(name)();
+    if (!status.Ok())
+    {
+      fmt::print(stderr, "teravox {}: {}\n", name, status.Message());
+      return Failed;
+    }
+    return Succeeded;
+  }
+  catch (const std::exception& error)
+  {
+    fmt::print(stderr, "teravox: {}.\n", error.what());
+    return Failed;
+  }
+}

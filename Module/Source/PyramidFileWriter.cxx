@@ -1,0 +1,531 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "PyramidFileWriter.h"
+
+#include "ChunkDecoder.h"
+#include "HDF5Lock.h"
+#include "HDF5Types.h"
+#include "PyramidFormat.h"
+#include "PyramidMetadata.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utility>
+
+namespace teravox
+{
+
+namespace
+{
+std::string ArrayName(const std::string& wanted)
+{
+  std::string name = wanted.empty() || wanted == "." || wanted == ".." ? "scalars" : wanted;
+  std::replace(name.begin(), name.end(), '/', '_'); // HDF5 would make a group of it
+  return name.substr(0, name.find('\0'));
+}
+
+// Requires: HDF5Lock held.
+bool PutText(hid_t object, const char* name, const std::string& text)
+{
+  const HDF5Handle type(H5Tcopy(H5T_C_S1));
+  H5Tset_size(type.Get(), std::max<std::size_t>(text.size(), 1));
+  H5Tset_strpad(type.Get(), H5T_STR_NULLPAD);
+  const bool ascii = std::all_of(
+    text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 128; });
+  H5Tset_cset(type.Get(), ascii ? H5T_CSET_ASCII : H5T_CSET_UTF8);
+  const HDF5Handle space(H5Screate(H5S_SCALAR));
+  const HDF5Handle attribute(
+    H5Acreate2(object, name, type.Get(), space.Get(), H5P_DEFAULT, H5P_DEFAULT));
+  return attribute.Valid() && H5Awrite(attribute.Get(), type.Get(), text.c_str()) >= 0;
+}
+
+// Requires: HDF5Lock held.
+template <typename T>
+bool PutNumbers(
+  hid_t object, const char* name, hid_t fileType, hid_t memoryType, const std::vector<T>& values)
+{
+  const auto n = static_cast<hsize_t>(values.size());
+  const HDF5Handle space(H5Screate_simple(1, &n, nullptr));
+  const HDF5Handle attribute(
+    H5Acreate2(object, name, fileType, space.Get(), H5P_DEFAULT, H5P_DEFAULT));
+  return attribute.Valid() && H5Awrite(attribute.Get(), memoryType, values.data()) >= 0;
+}
+
+bool PutDoubles(hid_t object, const char* name, const std::vector<double>& values)
+{
+  return PutNumbers(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, values);
+}
+
+bool PutIntegers(hid_t object, const char* name, const std::vector<std::int64_t>& values)
+{
+  return PutNumbers(object, name, H5T_STD_I64LE, H5T_NATIVE_INT64, values);
+}
+
+std::vector<std::byte> FillOf(const VoxelReader::Description& d)
+{
+  std::vector<std::byte> fill(SizeOf(d.Type));
+  DispatchScalarType(d.Type,
+    [&](auto example)
+    {
+      const auto value = static_cast<decltype(example)>(d.FillValue);
+      std::memcpy(fill.data(), &value, sizeof(value));
+    });
+  return fill;
+}
+} // namespace
+
+PyramidFileWriter::PyramidFileWriter(std::string fileName, Description description)
+  : Name(std::move(fileName))
+  , Temporary(this->Name + "." + std::to_string(::getpid()) + ".part")
+  , Self(std::move(description))
+{
+}
+
+PyramidFileWriter::~PyramidFileWriter()
+{
+  if (!this->File.Valid())
+  {
+    return; // finished, or never begun
+  }
+  // What HDF5 still wants to write must find room, or closing fails: empty the file first.
+  if (::truncate(this->Temporary.c_str(), 0) != 0)
+  {
+    // Then closing may fail, and the file is removed all the same.
+  }
+  this->Close();
+  ::unlink(this->Temporary.c_str());
+}
+
+Int3 PyramidFileWriter::ChunkSize(const PyramidLayout& layout, int level)
+{
+  Int3 size{};
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    size[a] = std::min<std::int64_t>(layout.BrickSize(), layout.Dimensions(level)[a]);
+  }
+  return size;
+}
+
+std::string PyramidFileWriter::DataGroup() const
+{
+  return std::string(PyramidFormat::ImageGroup) +
+    (this->Self.Volume.CellData ? "/CellData" : "/PointData");
+}
+
+Status PyramidFileWriter::Failure(const std::string& what) const
+{
+  return { StatusCode::InputOutput, "Writing '" + this->Name + "' failed: " + what + "." };
+}
+
+Result<std::unique_ptr<PyramidFileWriter>> PyramidFileWriter::Create(const std::string& fileName,
+  const VoxelReader::Description& description, const PyramidWriterOptions& options,
+  const PyramidLayout& layout)
+{
+  Description self{ description, options, layout, FillOf(description) };
+  self.Options.Progress = nullptr;
+  self.Volume.ArrayName = ArrayName(description.ArrayName);
+  std::unique_ptr<PyramidFileWriter> writer(new PyramidFileWriter(fileName, std::move(self)));
+  // The rename at the end would fail; better to know now.
+  struct stat info = {};
+  if (::stat(fileName.c_str(), &info) == 0 && S_ISDIR(info.st_mode))
+  {
+    return writer->Failure("it is a folder");
+  }
+  // Asked before HDF5, for the reason in the system's words.
+  const int fd = ::open(writer->Temporary.c_str(), O_CREAT | O_WRONLY | O_TRUNC | O_CLOEXEC, 0666);
+  if (fd < 0)
+  {
+    return writer->Failure(std::string("the file can't be created: ") + std::strerror(errno));
+  }
+  ::close(fd);
+  const Status status = writer->Build();
+  if (!status.Ok())
+  {
+    if (!writer->File.Valid())
+    {
+      ::unlink(writer->Temporary.c_str());
+    }
+    return status;
+  }
+  return writer;
+}
+
+Status PyramidFileWriter::Build()
+{
+  const HDF5Lock lock;
+  const HDF5Handle access(H5Pcreate(H5P_FILE_ACCESS));
+  H5Pset_fapl_sec2(access.Get());
+  H5Pset_file_locking(access.Get(), false, true);
+  this->File =
+    HDF5Handle(H5Fcreate(this->Temporary.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.Get()));
+  if (!this->File.Valid())
+  {
+    return this->Failure("the file can't be created: " + lock.TakeError());
+  }
+  const HDF5Handle image(
+    H5Gcreate2(this->File.Get(), PyramidFormat::ImageGroup, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  const HDF5Handle data(
+    H5Gcreate2(this->File.Get(), this->DataGroup().c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  const HDF5Handle pyramid(H5Gcreate2(
+    this->File.Get(), PyramidFormat::PyramidGroup, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  const HDF5Handle statistics(H5Gcreate2(
+    this->File.Get(), PyramidFormat::StatisticsGroup, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  if (!image.Valid() || !data.Valid() || !pyramid.Valid() || !statistics.Valid())
+  {
+    return this->Failure(lock.TakeError());
+  }
+  Status status = this->BuildLevels(data.Get());
+  if (status.Ok())
+  {
+    status = this->BuildStatistics();
+  }
+  // Early, because a full disk is best found before hours of work.
+  if (status.Ok() && H5Fflush(this->File.Get(), H5F_SCOPE_LOCAL) < 0)
+  {
+    return this->Failure(lock.TakeError());
+  }
+  return status.Ok() ? status : this->Failure(status.Message() + ": " + lock.TakeError());
+}
+
+Status PyramidFileWriter::BuildLevels(hid_t data)
+{
+  const VoxelReader::Description& volume = this->Self.Volume;
+  const std::string group = PyramidFormat::PyramidGroup;
+  for (int l = 0; l < this->Self.Layout.NumberOfLevels(); ++l)
+  {
+    HDF5Handle dataset;
+    const HDF5Handle parent(H5Gopen2(this->File.Get(), group.c_str(), H5P_DEFAULT));
+    const Status status =
+      this->MakeDataset(l == 0 ? data : parent.Get(), l == 0 ? volume.ArrayName : std::to_string(l),
+        this->Self.Layout.Dimensions(l), ChunkSize(this->Self.Layout, l), volume.Components,
+        volume.Type, this->Self.Fill.data(), this->Self.Options.Compression, dataset);
+    if (!status.Ok())
+    {
+      return status;
+    }
+    this->Levels.push_back(std::move(dataset));
+  }
+  if (H5Lcreate_hard(data, volume.ArrayName.c_str(), this->File.Get(), (group + "/0").c_str(),
+        H5P_DEFAULT, H5P_DEFAULT) < 0)
+  {
+    return { StatusCode::InputOutput, "level 0 can't be linked" };
+  }
+  return {};
+}
+
+Status PyramidFileWriter::BuildStatistics()
+{
+  const VoxelReader::Description& volume = this->Self.Volume;
+  const float none = 0;
+  std::array<std::byte, sizeof(float)> flat{};
+  std::memcpy(flat.data(), &none, sizeof(none));
+  for (int l = 0; l < this->Self.Layout.NumberOfLevels(); ++l)
+  {
+    const Int3& dimensions = this->Self.Layout.Dimensions(l);
+    const std::int64_t longest = *std::max_element(dimensions.begin(), dimensions.end());
+    const std::string level = std::string(PyramidFormat::StatisticsGroup) + "/" + std::to_string(l);
+    const HDF5Handle levelGroup(
+      H5Gcreate2(this->File.Get(), level.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+    for (std::int64_t edge = PyramidFormat::CellEdge;; edge *= PyramidFormat::CellEdge)
+    {
+      Int3 cells{};
+      Int3 chunk{};
+      for (std::size_t a = 0; a < 3; ++a)
+      {
+        cells[a] = CeilDiv(dimensions[a], edge);
+        chunk[a] = std::min(cells[a], PyramidFormat::CellsPerChunk);
+      }
+      const HDF5Handle group(H5Gcreate2(
+        levelGroup.Get(), std::to_string(edge).c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+      HDF5Handle ranges;
+      HDF5Handle gradients;
+      Status status = this->MakeDataset(group.Get(), "Range", cells, chunk, 2 * volume.Components,
+        volume.Type, this->Self.Fill.data(), PyramidCompression::Deflate, ranges);
+      if (status.Ok())
+      {
+        status = this->MakeDataset(group.Get(), "Gradient", cells, chunk, volume.Components,
+          ScalarType::Float32, flat.data(), PyramidCompression::Deflate, gradients);
+      }
+      if (!status.Ok())
+      {
+        return status;
+      }
+      if (edge >= longest)
+      {
+        break;
+      }
+    }
+  }
+  return {};
+}
+
+Status PyramidFileWriter::MakeDataset(hid_t group, const std::string& name, const Int3& dimensions,
+  const Int3& chunk, int components, ScalarType type, const std::byte* fill,
+  PyramidCompression compression, HDF5Handle& dataset)
+{
+  const int rank = components > 1 ? 4 : 3;
+  std::array<hsize_t, 4> extent{};
+  std::array<hsize_t, 4> chunkExtent{};
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    extent.at(2 - a) = static_cast<hsize_t>(dimensions.at(a));
+    chunkExtent.at(2 - a) = static_cast<hsize_t>(chunk.at(a));
+  }
+  extent[3] = chunkExtent[3] = static_cast<hsize_t>(components);
+  const HDF5Handle creation(H5Pcreate(H5P_DATASET_CREATE));
+  H5Pset_chunk(creation.Get(), rank, chunkExtent.data());
+  H5Pset_fill_value(creation.Get(), HDF5MemoryType(type), fill);
+  herr_t filtered = 0;
+  if (compression == PyramidCompression::Deflate)
+  {
+    const auto level = std::clamp(this->Self.Options.CompressionLevel, 1, 9);
+    filtered = H5Pset_shuffle(creation.Get());
+    filtered |= H5Pset_deflate(creation.Get(), static_cast<unsigned>(level));
+  }
+  else if (compression == PyramidCompression::LZ4)
+  {
+    // Optional, so that the library needn't have the filter: the chunks come compressed.
+    const unsigned blockSize = 1u << 30;
+    filtered = H5Pset_filter(creation.Get(), ChunkFilter::LZ4, H5Z_FLAG_OPTIONAL, 1, &blockSize);
+  }
+  const HDF5Handle space(H5Screate_simple(rank, extent.data(), nullptr));
+  if (filtered >= 0)
+  {
+    dataset = HDF5Handle(H5Dcreate2(group, name.c_str(), HDF5FileType(type, false), space.Get(),
+      H5P_DEFAULT, creation.Get(), H5P_DEFAULT));
+  }
+  return dataset.Valid()
+    ? Status()
+    : Status(StatusCode::InputOutput, "the dataset '" + name + "' can't be created");
+}
+
+Status PyramidFileWriter::WriteChunk(
+  int level, const Int3& index, const ChunkEncoder::Encoded& chunk)
+{
+  const Int3 size = ChunkSize(this->Self.Layout, level);
+  const std::array<hsize_t, 4> offset{ static_cast<hsize_t>(index[2] * size[2]),
+    static_cast<hsize_t>(index[1] * size[1]), static_cast<hsize_t>(index[0] * size[0]), 0 };
+  const HDF5Lock lock;
+  if (H5Dwrite_chunk(this->Levels[static_cast<std::size_t>(level)].Get(), H5P_DEFAULT,
+        chunk.FilterMask, offset.data(), chunk.Size, chunk.Data) < 0)
+  {
+    return this->Failure(lock.TakeError());
+  }
+  return {};
+}
+
+Status PyramidFileWriter::OpenCells(int level, std::int64_t edge)
+{
+  if (this->CellsLevel == level && this->CellsEdge == edge)
+  {
+    return {};
+  }
+  const std::string group = std::string(PyramidFormat::StatisticsGroup) + "/" +
+    std::to_string(level) + "/" + std::to_string(edge);
+  // Enough for one chunk: boxes that share one come one after another.
+  const std::size_t chunkBytes =
+    static_cast<std::size_t>(PyramidFormat::CellsPerChunk * PyramidFormat::CellsPerChunk *
+      PyramidFormat::CellsPerChunk * 2 * this->Self.Volume.Components) *
+    sizeof(double);
+  const HDF5Handle access(H5Pcreate(H5P_DATASET_ACCESS));
+  H5Pset_chunk_cache(access.Get(), 11, chunkBytes, 1.0);
+  this->CellsLevel = -1;
+  bool ok = this->Ranges.Reset();
+  ok = this->Gradients.Reset() && ok;
+  this->Ranges = HDF5Handle(H5Dopen2(this->File.Get(), (group + "/Range").c_str(), access.Get()));
+  this->Gradients =
+    HDF5Handle(H5Dopen2(this->File.Get(), (group + "/Gradient").c_str(), access.Get()));
+  if (!ok || !this->Ranges.Valid() || !this->Gradients.Valid())
+  {
+    return { StatusCode::InputOutput, "the statistics can't be written" };
+  }
+  this->CellsLevel = level;
+  this->CellsEdge = edge;
+  return {};
+}
+
+Status PyramidFileWriter::TransferCells(
+  int level, std::int64_t edge, PyramidCells& cells, bool write)
+{
+  const HDF5Lock lock;
+  const Status status = this->OpenCells(level, edge);
+  if (!status.Ok())
+  {
+    return this->Failure(status.Message() + ": " + lock.TakeError());
+  }
+  for (const bool range : { true, false })
+  {
+    const hid_t dataset = range ? this->Ranges.Get() : this->Gradients.Get();
+    const int components = (range ? 2 : 1) * cells.Components;
+    const int rank = components > 1 ? 4 : 3;
+    std::array<hsize_t, 4> start{};
+    std::array<hsize_t, 4> count{};
+    for (std::size_t a = 0; a < 3; ++a)
+    {
+      start.at(2 - a) = static_cast<hsize_t>(cells.Start.at(a));
+      count.at(2 - a) = static_cast<hsize_t>(cells.Size.at(a));
+    }
+    count[3] = static_cast<hsize_t>(components);
+    const hid_t type = HDF5MemoryType(range ? cells.Type : ScalarType::Float32);
+    void* data = range ? static_cast<void*>(cells.Ranges.data()) : cells.Gradients.data();
+    const HDF5Handle file(H5Dget_space(dataset));
+    const HDF5Handle memory(H5Screate_simple(rank, count.data(), nullptr));
+    herr_t result =
+      H5Sselect_hyperslab(file.Get(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr);
+    if (result >= 0)
+    {
+      result = write ? H5Dwrite(dataset, type, memory.Get(), file.Get(), H5P_DEFAULT, data)
+                     : H5Dread(dataset, type, memory.Get(), file.Get(), H5P_DEFAULT, data);
+    }
+    if (result < 0)
+    {
+      return this->Failure(lock.TakeError());
+    }
+  }
+  return {};
+}
+
+Status PyramidFileWriter::WriteCells(int level, std::int64_t edge, const PyramidCells& cells)
+{
+  // H5Dwrite doesn't change what it is given.
+  return this->TransferCells(level, edge, const_cast<PyramidCells&>(cells), true);
+}
+
+Status PyramidFileWriter::ReadCells(int level, std::int64_t edge, PyramidCells& cells)
+{
+  return this->TransferCells(level, edge, cells, false);
+}
+
+Status PyramidFileWriter::WriteAttributes(
+  const ValueRange& range, const std::vector<std::uint64_t>& histogram)
+{
+  const VoxelReader::Description& v = this->Self.Volume;
+  PyramidMetadata metadata;
+  metadata.Labels = this->Self.Options.Downsampling == PyramidDownsampling::Mode;
+  metadata.ArrayName = v.ArrayName;
+  metadata.Spacing = v.Spacing;
+  std::vector<std::int64_t> extent;
+  Double3 start{};
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    const std::int64_t points = v.Dimensions[a] + (v.CellData ? 1 : 0);
+    extent.push_back(v.ExtentStart[a]);
+    extent.push_back(v.ExtentStart[a] + points - 1);
+    start[a] = static_cast<double>(v.ExtentStart[a]) + (v.CellData ? 0.5 : 0.0);
+  }
+  for (int l = 0; l < this->Self.Layout.NumberOfLevels(); ++l)
+  {
+    metadata.Factors.push_back(this->Self.Layout.Factor(l));
+  }
+  const Double3 offset = PyramidMetadata::Offset(v.Direction, v.Spacing, start);
+  std::vector<double> origin;
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    origin.push_back(v.Origin[a] - offset[a]);
+  }
+
+  const HDF5Lock lock;
+  const hid_t file = this->File.Get();
+  const HDF5Handle image(H5Gopen2(file, PyramidFormat::ImageGroup, H5P_DEFAULT));
+  const HDF5Handle data(H5Gopen2(file, this->DataGroup().c_str(), H5P_DEFAULT));
+  const HDF5Handle pyramid(H5Gopen2(file, PyramidFormat::PyramidGroup, H5P_DEFAULT));
+  const HDF5Handle statistics(H5Gopen2(file, PyramidFormat::StatisticsGroup, H5P_DEFAULT));
+  bool ok = PutIntegers(image.Get(), "Version", { 1, 0 }) &&
+    PutText(image.Get(), "Type", "ImageData") && PutIntegers(image.Get(), "WholeExtent", extent) &&
+    PutDoubles(image.Get(), "Origin", origin) &&
+    PutDoubles(image.Get(), "Spacing", { v.Spacing.begin(), v.Spacing.end() }) &&
+    PutDoubles(image.Get(), "Direction", { v.Direction.begin(), v.Direction.end() }) &&
+    PutText(data.Get(), "Scalars", v.ArrayName) &&
+    PutText(pyramid.Get(), PyramidFormat::MultiscalesName, metadata.MultiscalesText()) &&
+    PutText(pyramid.Get(), "Downsampling", metadata.Labels ? "mode" : "average") &&
+    PutDoubles(statistics.Get(), "Range", { range.Min, range.Max });
+  if (ok && !histogram.empty())
+  {
+    ok = PutNumbers(statistics.Get(), "Histogram", H5T_STD_U64LE, H5T_NATIVE_UINT64, histogram);
+  }
+  ok = ok && PutIntegers(pyramid.Get(), "Version", { PyramidFormat::Version });
+  return ok ? Status() : this->Failure(lock.TakeError());
+}
+
+Status PyramidFileWriter::Close()
+{
+  const HDF5Lock lock;
+  bool ok = this->Ranges.Reset();
+  ok = this->Gradients.Reset() && ok;
+  for (HDF5Handle& level : this->Levels)
+  {
+    ok = level.Reset() && ok;
+  }
+  ok = this->File.Reset() && ok;
+  return ok ? Status() : this->Failure(lock.TakeError());
+}
+
+Status PyramidFileWriter::Publish(std::uint64_t& size)
+{
+  const auto systemFailure = [this](const char* what)
+  { return this->Failure(std::string(what) + ": " + std::strerror(errno)); };
+  const int fd = ::open(this->Temporary.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0)
+  {
+    return systemFailure("the file can't be opened again");
+  }
+  struct stat info = {};
+  const bool synced = ::fsync(fd) == 0 && ::fstat(fd, &info) == 0;
+  const Status sync = synced ? Status() : systemFailure("it can't be brought to the disk");
+  ::close(fd);
+  if (!sync.Ok())
+  {
+    return sync;
+  }
+  size = static_cast<std::uint64_t>(info.st_size);
+  if (std::rename(this->Temporary.c_str(), this->Name.c_str()) != 0)
+  {
+    return systemFailure("it can't be given its name");
+  }
+  const std::size_t slash = this->Name.rfind('/');
+  const std::string folder = slash == std::string::npos ? "." : this->Name.substr(0, slash + 1);
+  const int folderFd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folderFd >= 0)
+  {
+    ::fsync(folderFd); // not all file systems can; the file itself is complete
+    ::close(folderFd);
+  }
+  return {};
+}
+
+Result<std::uint64_t> PyramidFileWriter::Finish(
+  const ValueRange& range, const std::vector<std::uint64_t>& histogram)
+{
+  Status status = this->WriteAttributes(range, histogram);
+  if (status.Ok())
+  {
+    {
+      const HDF5Lock lock;
+      if (!this->Ranges.Reset() || !this->Gradients.Reset() ||
+        H5Fflush(this->File.Get(), H5F_SCOPE_LOCAL) < 0)
+      {
+        return this->Failure(lock.TakeError());
+      }
+    }
+    status = this->Close();
+    std::uint64_t size = 0;
+    if (status.Ok())
+    {
+      status = this->Publish(size);
+    }
+    if (status.Ok())
+    {
+      return size;
+    }
+    ::unlink(this->Temporary.c_str());
+  }
+  return status;
+}
+
+} // namespace teravox

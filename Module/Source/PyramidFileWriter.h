@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "ChunkEncoder.h"
+#include "HDF5Handle.h"
+#include "PyramidCells.h"
+#include "PyramidLayout.h"
+#include "PyramidWriter.h"
+#include "Status.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace teravox
+{
+
+/// The HDF5 file that a PyramidWriter fills: a temporary file that Finish() gives its name, and
+/// that the destructor removes otherwise. Thread: one at a time; takes the HDF5Lock itself.
+class PyramidFileWriter
+{
+public:
+  /// Requires: a checked description and options.
+  static Result<std::unique_ptr<PyramidFileWriter>> Create(const std::string& fileName,
+    const VoxelReader::Description& description, const PyramidWriterOptions& options,
+    const PyramidLayout& layout);
+
+  ~PyramidFileWriter();
+  PyramidFileWriter(const PyramidFileWriter&) = delete;
+  PyramidFileWriter& operator=(const PyramidFileWriter&) = delete;
+  PyramidFileWriter(PyramidFileWriter&&) = delete;
+  PyramidFileWriter& operator=(PyramidFileWriter&&) = delete;
+
+  /// Voxels of a chunk of a level along each axis: the brick size, or the level where it is
+  /// shorter.
+  static Int3 ChunkSize(const PyramidLayout& layout, int level);
+
+  Status WriteChunk(int level, const Int3& index, const ChunkEncoder::Encoded& chunk);
+  /// Statistics of cells of `edge` voxels.
+  Status WriteCells(int level, std::int64_t edge, const PyramidCells& cells);
+  /// Fills in cells.Ranges and Gradients of its box, which lies inside the level.
+  Status ReadCells(int level, std::int64_t edge, PyramidCells& cells);
+
+  /// Writes the attributes, brings all to the disk and renames the file. Returns its size in bytes.
+  Result<std::uint64_t> Finish(
+    const ValueRange& range, const std::vector<std::uint64_t>& histogram);
+
+private:
+  struct Description
+  {
+    VoxelReader::Description Volume;
+    PyramidWriterOptions Options;
+    PyramidLayout Layout;
+    std::vector<std::byte> Fill; // one component
+  };
+  PyramidFileWriter(std::string fileName, Description description);
+
+  Status Build();
+  Status BuildLevels(hid_t data);
+  Status BuildStatistics();
+  Status MakeDataset(hid_t group, const std::string& name, const Int3& dimensions,
+    const Int3& chunk, int components, ScalarType type, const std::byte* fill,
+    PyramidCompression compression, HDF5Handle& dataset);
+  Status OpenCells(int level, std::int64_t edge);
+  Status TransferCells(int level, std::int64_t edge, PyramidCells& cells, bool write);
+  Status WriteAttributes(const ValueRange& range, const std::vector<std::uint64_t>& histogram);
+  Status Close();
+  Status Publish(std::uint64_t& size);
+  std::string DataGroup() const;
+  Status Failure(const std::string& what) const;
+
+  std::string Name;
+  std::string Temporary;
+  Description Self;
+  HDF5Handle File;
+  std::vector<HDF5Handle> Levels;
+  // The pair of datasets that was used last.
+  int CellsLevel = -1;
+  std::int64_t CellsEdge = 0;
+  HDF5Handle Ranges;
+  HDF5Handle Gradients;
+};
+
+} // namespace teravox

@@ -164,12 +164,16 @@ TEST(TruthIntegrator, DenseArraysOfEveryTypeEqualTheFunction)
         using T = decltype(zero);
         const Int3 dimensions{ 7, 6, 5 };
         std::vector<T> voxels;
-        for (std::int64_t i = 0; i < 7 * 6 * 5; ++i)
+        for (std::int64_t i = 0; i < dimensions[0] * dimensions[1] * dimensions[2]; ++i)
         {
           voxels.push_back(static_cast<T>(100 * Hash01(i, 0, 0)));
         }
-        const auto byFunction = OneLevel([&](auto i, auto j, auto k)
-          { return static_cast<double>(voxels[static_cast<std::size_t>(i + 7 * (j + 6 * k))]); },
+        const auto byFunction = OneLevel(
+          [&](auto i, auto j, auto k)
+          {
+            return static_cast<double>(
+              voxels[static_cast<std::size_t>(i + dimensions[0] * (j + dimensions[1] * k))]);
+          },
           dimensions);
         const TruthVolume byArray({ TruthLevel::FromArray(type, voxels.data(), dimensions) },
           IdentityMatrix(), TruthInterpolation::Linear, false);

@@ -78,6 +78,10 @@ void main()
   State state;
   state.color = accumulated.rgb;
   state.transmittance = accumulated.a;
+  state.towardsLight = vec3(0.0, 0.0, 1.0);
+#if TERAVOX_SHADE
+  state.towardsLight = TowardsLight(ray, intervals.x);
+#endif
   state.steps = 0u;
   state.samples = 0u;
   state.contributing = 0u;

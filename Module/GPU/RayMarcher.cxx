@@ -11,7 +11,7 @@
 namespace teravox
 {
 
-static_assert(sizeof(MarchParameters) == 16 * (9 + 3 + 96 + 9 + 3),
+static_assert(sizeof(MarchParameters) == 16 * (9 + 3 + 96 + 8 + 2 + 3 + 3 + 1),
   "the uniform block of Shaders/Library/Bindings.glsl has no padding");
 
 Result<std::unique_ptr<RayMarcher>> RayMarcher::Make(GPUMemory& memory)

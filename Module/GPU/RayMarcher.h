@@ -39,8 +39,11 @@ struct MarchParameters
   UVec Limits{};
   UVec Switches{};
   Vec Material{};
-  Vec LightColor{};
+  Vec LightDiffuse{};
+  Vec LightSpecular{};
   std::array<Vec, 3> Normal{};
+  std::array<Vec, 3> Dataset{};
+  Vec Eye{};
 };
 
 /// Where the rays of a picture may run.

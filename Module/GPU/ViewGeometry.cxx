@@ -171,8 +171,10 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
 {
   const auto viewFromClip = Invert(input.ClipFromView);
   const auto worldFromView = Invert(input.ViewFromWorld);
-  const auto voxelFromWorld = Invert(input.WorldFromVoxel);
-  for (const auto* m : { &viewFromClip, &worldFromView, &voxelFromWorld })
+  const Matrix4 worldFromVoxel = Multiply(input.WorldFromDataset, input.DatasetFromVoxel);
+  const auto voxelFromWorld = Invert(worldFromVoxel);
+  const auto voxelFromDataset = Invert(input.DatasetFromVoxel);
+  for (const auto* m : { &viewFromClip, &worldFromView, &voxelFromWorld, &voxelFromDataset })
   {
     if (!*m)
     {
@@ -198,7 +200,7 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   {
     const Double3 voxel{ i & 1 ? static_cast<double>(dims[0]) : 0.0,
       i & 2 ? static_cast<double>(dims[1]) : 0.0, i & 4 ? static_cast<double>(dims[2]) : 0.0 };
-    const Double3 view = Point(Multiply(input.ViewFromWorld, input.WorldFromVoxel), voxel);
+    const Double3 view = Point(Multiply(input.ViewFromWorld, worldFromVoxel), voxel);
     boxNear = std::min(boxNear, -view[2]);
   }
   const double nearDepth = -Point(viewFromClip.Value(), { 0, 0, -1 })[2];
@@ -250,7 +252,7 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   {
     Double3 axis{};
     axis[a] = 1;
-    edges[a] = Length(Vector(input.WorldFromVoxel, axis));
+    edges[a] = Length(Vector(worldFromVoxel, axis));
   }
   g.SmallestEdge = std::min({ edges[0], edges[1], edges[2] });
   g.Levels = ComputeLevels(layout, input, edges, widthAt0, widthPerDepth);
@@ -288,6 +290,17 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   g.Intervals.DepthToView = { static_cast<float>(numerator0 - g.DepthOrigin * denominator0),
     static_cast<float>(numerator1 - g.DepthOrigin * denominator1), static_cast<float>(denominator0),
     static_cast<float>(denominator1) };
+
+  // Normals transform with the inverse transpose.
+  for (std::size_t i = 0; i < 3; ++i)
+  {
+    for (std::size_t j = 0; j < 3; ++j)
+    {
+      g.Parameters.Normal[i][j] = static_cast<float>(voxelFromDataset.Value()[4 * j + i]);
+      g.Parameters.Dataset[i][j] = static_cast<float>(input.DatasetFromVoxel[4 * i + j]);
+    }
+  }
+  g.Parameters.Eye = ToFloat(difference(Point(voxelFromView, { 0, 0, 0 }), anchor, 1));
 
   g.Order.Parallel = parallel;
   g.Order.Eye = middle;

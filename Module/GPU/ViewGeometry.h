@@ -21,9 +21,10 @@ Result<Matrix4> Invert(const Matrix4& m);
 struct ViewInput
 {
   Matrix4 ViewFromWorld{};
-  Matrix4 ClipFromView{};   ///< OpenGL: depth -1..1
-  Matrix4 WorldFromVoxel{}; ///< corner coordinates of level 0
-  int Width = 0;            ///< pixels of the whole, untiled picture
+  Matrix4 ClipFromView{};     ///< OpenGL: depth -1..1
+  Matrix4 DatasetFromVoxel{}; ///< from corner coordinates of level 0 to the image's space
+  Matrix4 WorldFromDataset{}; ///< the prop's matrix
+  int Width = 0;              ///< pixels of the whole, untiled picture
   int Height = 0;
   double LevelBias = 0; ///< pixel widths are multiplied by 2^bias
   int MinimumLevel = 0;

@@ -220,8 +220,8 @@ Status VolumeEngine::Prepare(const FrameRequest& request)
   if (this->TableVersion != this->FunctionVersion || this->Transfer.Nodes == 0)
   {
     const VolumeInfo& info = this->Source_->Info();
-    this->Transfer = BuildTransferTable(this->Function, info.Range, !IsFloat(info.Type),
-      ViewGeometry::Make(info.Layout, request.Camera) ? 1e-3 * this->Function.UnitDistance : 1.0);
+    this->Transfer =
+      BuildTransferTable(this->Function, info.Range, !IsFloat(info.Type), request.ShortestLength);
     this->Marcher->SetTransferTable(this->Transfer);
     this->TableVersion = this->FunctionVersion;
   }
@@ -253,8 +253,10 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
   parameters.Switches = { request.EmptySpaceSkipping ? 1u : 0u, 0u, 0u, 0u };
   parameters.Limits[0] = MostSteps;
   parameters.Material = request.Material;
-  parameters.LightColor = { request.LightColor[0], request.LightColor[1], request.LightColor[2],
-    0 };
+  parameters.LightDiffuse = { request.LightDiffuse[0], request.LightDiffuse[1],
+    request.LightDiffuse[2], request.TwoSided ? 1.0f : 0.0f };
+  parameters.LightSpecular = { request.LightSpecular[0], request.LightSpecular[1],
+    request.LightSpecular[2], 0.0f };
 }
 
 bool VolumeEngine::Carry(const FramePlan& plan)
@@ -394,20 +396,6 @@ Status VolumeEngine::Render(const FrameRequest& request)
         " pixels.");
   }
   MarchParameters& parameters = geometry.Value().Parameters;
-  const Matrix4& m = request.Camera.WorldFromVoxel;
-  const Result<Matrix4> inverse = Invert(m);
-  if (!inverse)
-  {
-    return inverse.GetStatus();
-  }
-  // Normals transform with the inverse transpose.
-  for (std::size_t i = 0; i < 3; ++i)
-  {
-    for (std::size_t j = 0; j < 3; ++j)
-    {
-      parameters.Normal[i][j] = static_cast<float>(inverse.Value()[4 * j + i]);
-    }
-  }
   this->FillParameters(request, parameters);
   if (request.Converge)
   {

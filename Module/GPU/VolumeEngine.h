@@ -45,9 +45,12 @@ struct FrameRequest
   bool Nearest = false;
   bool Shade = false;
   std::array<float, 4> Material{ 0, 1, 0, 1 };
-  std::array<float, 3> LightColor{ 1, 1, 1 };
+  std::array<float, 3> LightDiffuse{ 1, 1, 1 };
+  std::array<float, 3> LightSpecular{ 1, 1, 1 };
+  bool TwoSided = true;
   double Tolerance = 1.0 / 255; ///< epsilon; 0: SampleDistance rules
   double SampleDistance = 1;    ///< world units
+  double ShortestLength = 1e-3; ///< a wall (opacity 1) of this world length lets nothing pass
   bool EmptySpaceSkipping = true;
   bool CountSamples = false;
   bool ShowLevel = false;

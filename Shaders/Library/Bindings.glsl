@@ -26,8 +26,11 @@ layout(std140, binding = 0) uniform View
   uvec4 u_limits;     // x: steps per pass; y: stamp; z: index of the block stamps; w: of the tiles
   uvec4 u_switches;   // x: skip empty regions; y: volume number; z: tiles along x
   vec4 u_material;    // ambient, diffuse, specular, specular power
-  vec4 u_lightColor;  // rgb
-  vec4 u_normal[3];   // rows: central difference in voxels of level 0 -> normal in world space
+  vec4 u_lightDiffuse;  // rgb; w: 1 if two-sided
+  vec4 u_lightSpecular; // rgb
+  vec4 u_normal[3];   // rows: central difference in voxels of level 0 -> dataset space
+  vec4 u_dataset[3];  // rows: direction in voxels -> dataset space (world without the prop's matrix)
+  vec4 u_eye;         // xyz: the camera's position, anchored voxels
 };
 
 layout(binding = 0) uniform sampler3D u_atlasTexture;

@@ -11,7 +11,6 @@ struct Ray
   vec3 inverse;
   uvec3 positive; // 1 where direction > 0
   float world;    // world length per unit of depth
-  vec3 towardsViewer; // unit vector, world space
 };
 
 Ray MakeRay(vec2 pixel)
@@ -29,7 +28,6 @@ Ray MakeRay(vec2 pixel)
   ray.inverse = 1.0 / d;
   ray.positive = uvec3(greaterThan(d, vec3(0.0)));
   ray.world = length(w);
-  ray.towardsViewer = -w / ray.world;
   return ray;
 }
 

@@ -6,6 +6,7 @@ struct State
 {
   vec3 color;
   float transmittance;
+  vec3 towardsLight;
   uint steps;        // of this pass
   uint samples;      // taken and contributing, in variants that count
   uint contributing;
@@ -18,7 +19,9 @@ void Accumulate(inout State state, Piece near, Piece far, Light light)
   precise vec3 emission = near.emission + pass * far.emission;
   precise float opacity = 1.0 - pass * exp(-far.depth);
 #if TERAVOX_SHADE
-  precise vec3 lit = emission * light.diffuse + u_lightColor.rgb * (opacity * light.specular);
+  // As VTK, the lit colour is clamped before it is weighted with the opacity.
+  vec3 own = opacity > 0.0 ? emission / opacity : vec3(0.0);
+  precise vec3 lit = clamp(own * light.diffuse + light.specular, 0.0, 1.0) * opacity;
   precise vec3 color = state.color + state.transmittance * lit;
 #else
   precise vec3 color = state.color + state.transmittance * emission;
@@ -37,10 +40,10 @@ void IntegrateConstant(inout State state, Ray ray, float position, float t0, flo
   nothing.depth = 0.0;
   nothing.emission = vec3(0.0);
   Light light;
-  light.diffuse = 1.0;
-  light.specular = 0.0;
+  light.diffuse = vec3(1.0);
+  light.specular = vec3(0.0);
 #if TERAVOX_SHADE
-  light = Shade(vec3(0.0), ray.towardsViewer);
+  light = Shade(vec3(0.0), state.towardsLight);
 #endif
   Accumulate(state, piece, nothing, light);
   state.steps += 1u;
@@ -50,14 +53,14 @@ void IntegrateConstant(inout State state, Ray ray, float position, float t0, flo
 #endif
 }
 
-Light LightAt(Ray ray, BrickView view, int level, float t)
+Light LightAt(State state, BrickView view, int level, float t)
 {
   Light light;
-  light.diffuse = 1.0;
-  light.specular = 0.0;
+  light.diffuse = vec3(1.0);
+  light.specular = vec3(0.0);
 #if TERAVOX_SHADE
   vec3 difference = CentralDifference(view, LocalPosition(view, t)) / vec3(u_levelFactor[level].xyz);
-  light = Shade(difference, ray.towardsViewer);
+  light = Shade(difference, state.towardsLight);
 #endif
   return light;
 }
@@ -87,7 +90,7 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
       Piece nothing;
       nothing.depth = 0.0;
       nothing.emission = vec3(0.0);
-      Accumulate(state, piece, nothing, LightAt(ray, view, level, 0.5 * (t + next)));
+      Accumulate(state, piece, nothing, LightAt(state, view, level, 0.5 * (t + next)));
 #if TERAVOX_COUNT
       state.samples += 1u;
       state.contributing += piece.depth > 0.0 ? 1u : 0u;
@@ -155,7 +158,7 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
     }
     else
     {
-      Accumulate(state, near, far, LightAt(ray, view, level, middle));
+      Accumulate(state, near, far, LightAt(state, view, level, middle));
       t = next;
       s0 = s1;
       refinement = error < 0.0625 * u_step.y ? max(refinement - 1.0, 0.0) : refinement;

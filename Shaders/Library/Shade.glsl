@@ -1,29 +1,39 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// Phong shading as VTK 9.1 does it for one light at the camera.
+// Phong shading as VTK 9.1 does it for one light at the camera, with two habits of it put right: the
+// central difference spans one voxel of the level on each side (VTK: n / (n - 1) voxels), and normals
+// are turned by the image's direction matrix.
 
 struct Light
 {
-  float diffuse;  // factor of the colour, ambient included
-  float specular; // added, times opacity
+  vec3 diffuse;  // factor of the colour, ambient included
+  vec3 specular;  // added to the colour
 };
 
-// `gradient`: central difference per axis in voxel steps of level 0; `towardsViewer`: unit vector in
-// world space.
-Light Shade(vec3 gradient, vec3 towardsViewer)
+// Unit vector from where the ray begins in the volume to the eye, in dataset space (world without the
+// prop's matrix). In parallel projection VTK's headlight is still at the camera's position.
+vec3 TowardsLight(Ray ray, float begin)
+{
+  vec3 v = u_eye.xyz - (ray.origin + begin * ray.direction);
+  return normalize(vec3(dot(u_dataset[0].xyz, v), dot(u_dataset[1].xyz, v), dot(u_dataset[2].xyz, v)));
+}
+
+// `gradient`: central difference per axis, in voxels of level 0.
+Light Shade(vec3 gradient, vec3 towardsLight)
 {
   vec3 g = vec3(dot(u_normal[0].xyz, gradient), dot(u_normal[1].xyz, gradient),
     dot(u_normal[2].xyz, gradient));
-  float magnitude = length(g);
   Light light;
-  light.diffuse = u_material.x;
-  light.specular = 0.0;
+  light.diffuse = vec3(u_material.x);
+  light.specular = vec3(0.0);
+  float magnitude = length(g);
   if (magnitude > 0.0)
   {
-    // Light and viewer coincide, so that the half vector is the direction to the viewer.
-    float cosine = abs(dot(g / magnitude, towardsViewer));
-    light.diffuse += u_material.y * cosine;
-    light.specular = u_material.z * (cosine > 0.0 ? pow(cosine, u_material.w) : 0.0);
+    float cosine = dot(g / magnitude, towardsLight);
+    cosine = u_lightDiffuse.w != 0.0 ? abs(cosine) : max(cosine, 0.0);
+    light.diffuse += u_lightDiffuse.rgb * (u_material.y * cosine);
+    light.specular =
+      u_lightSpecular.rgb * (u_material.z * (cosine > 0.0 ? pow(cosine, u_material.w) : 0.0));
   }
   return light;
 }

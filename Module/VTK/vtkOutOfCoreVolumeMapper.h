@@ -1,0 +1,266 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class vtkOutOfCoreVolumeMapper
+ * @brief draws volumes of any size inside fixed memory budgets
+ *
+ * A drop-in for vtkGPUVolumeRayCastMapper. What it draws comes in bricks: of the source given with
+ * SetBrickSource(), or of the one that the pipeline's array carries (vtkBrickSource), or of the
+ * array itself. Rays are guided through a page table, stop at missing bricks and resume when those
+ * have come, so that any budget gives the same picture, bit for bit.
+ *
+ * *Converging*, Render() returns a complete picture: the default of off-screen windows.
+ * *Interactive*, a frame shows the best that is at hand within its time, and the frames that follow
+ * refine it: the default of windows on a screen. See SetFrameTimeBudget().
+ *
+ * Needs OpenGL 4.3. Composite blending of scalar volumes; every property of the base class that
+ * isn't supported warns once by name when it is set to something else than its default.
+ *
+ * Thread: like all VTK mappers, used by the render thread only.
+ */
+#pragma once
+
+#include "vtkGPUVolumeRayCastMapper.h"
+#include "vtkRenderingOutOfCoreModule.h" // for the export macro
+
+#include <memory> // for std::unique_ptr
+
+class vtkBrickSource;
+class vtkImageData;
+class vtkRenderWindow;
+
+class VTKRENDERINGOUTOFCORE_EXPORT vtkOutOfCoreVolumeMapper : public vtkGPUVolumeRayCastMapper
+{
+public:
+  static vtkOutOfCoreVolumeMapper* New();
+  vtkTypeMacro(vtkOutOfCoreVolumeMapper, vtkGPUVolumeRayCastMapper);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  enum Events
+  {
+    ConvergedEvent = 72310, ///< the picture has become complete
+    BrickFailedEvent        ///< bricks couldn't be read; call data: const char*, one sentence
+  };
+
+  ///@{
+  /**
+   * What is drawn, instead of the input. Null (default): the input decides. Without any input the
+   * mapper makes a small image with the bounds of the source, because vtkVolume draws nothing
+   * otherwise.
+   */
+  void SetBrickSource(vtkBrickSource* source);
+  vtkBrickSource* GetBrickSource();
+  ///@}
+
+  ///@{
+  /**
+   * Hard limits in bytes. GPU: atlas, page table, ray states and all else that is allocated in the
+   * context; 0 (default) means 75 % of what the driver reports, a quarter of the main memory with a
+   * software renderer, else 1 GiB; an explicit SetMaxMemoryInBytes() wins over that default. Host:
+   * bricks, chunks and reads under way; 0 (default) means a quarter of the main memory.
+   */
+  vtkSetMacro(GPUMemoryBudget, vtkTypeUInt64);
+  vtkGetMacro(GPUMemoryBudget, vtkTypeUInt64);
+  vtkSetMacro(HostMemoryBudget, vtkTypeUInt64);
+  vtkGetMacro(HostMemoryBudget, vtkTypeUInt64);
+  /** The budgets in force. */
+  vtkTypeUInt64 GetEffectiveGPUMemoryBudget();
+  vtkTypeUInt64 GetEffectiveHostMemoryBudget();
+  ///@}
+
+  ///@{
+  /**
+   * Seconds per frame. 0: unlimited, Render() returns a converged picture. > 0: interactive, frames
+   * of about that time. < 0 (default): unlimited in off-screen windows, else VTK's allocated render
+   * time.
+   */
+  vtkSetMacro(FrameTimeBudget, double);
+  vtkGetMacro(FrameTimeBudget, double);
+  ///@}
+
+  ///@{
+  /**
+   * Bound on the difference between the converged picture and the exact integral, per pixel and
+   * channel, in 0...1. Default 1/255. With 0 no error is controlled and SampleDistance (world
+   * units) is taken as given.
+   */
+  vtkSetClampMacro(ImageErrorTolerance, double, 0.0, 1.0);
+  vtkGetMacro(ImageErrorTolerance, double);
+  ///@}
+
+  ///@{
+  /**
+   * The level of detail is the coarsest whose voxels are at most 2^bias pixels wide. Default 0.
+   */
+  vtkSetClampMacro(LevelOfDetailBias, double, -16.0, 16.0);
+  vtkGetMacro(LevelOfDetailBias, double);
+  ///@}
+
+  ///@{
+  /**
+   * Limits of the level. Defaults 0 and 31. SetMaximumLevel(0) draws level 0 everywhere.
+   */
+  vtkSetClampMacro(MinimumLevel, int, 0, 31);
+  vtkGetMacro(MinimumLevel, int);
+  vtkSetClampMacro(MaximumLevel, int, 0, 31);
+  vtkGetMacro(MaximumLevel, int);
+  ///@}
+
+  ///@{
+  /**
+   * Skip what the transfer function makes invisible. Changes speed and loading, not one bit of the
+   * picture. Default on.
+   */
+  vtkSetMacro(EmptySpaceSkipping, vtkTypeBool);
+  vtkGetMacro(EmptySpaceSkipping, vtkTypeBool);
+  vtkBooleanMacro(EmptySpaceSkipping, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Number of loader threads, 1...64. Default: the number of processors, at most 8.
+   */
+  vtkSetClampMacro(NumberOfLoaderThreads, int, 1, 64);
+  vtkGetMacro(NumberOfLoaderThreads, int);
+  ///@}
+
+  ///@{
+  /**
+   * Edge of a brick in voxels, without border, for bricks cut from images in memory (2...1024).
+   * Default 64.
+   */
+  vtkSetClampMacro(BrickSize, int, 2, 1024);
+  vtkGetMacro(BrickSize, int);
+  ///@}
+
+  ///@{
+  /**
+   * Upper limit on the number of bricks in the atlas, below what the budget allows; 0 (default):
+   * none. For tests of small atlases.
+   */
+  vtkSetMacro(MaximumNumberOfSlots, vtkTypeUInt32);
+  vtkGetMacro(MaximumNumberOfSlots, vtkTypeUInt32);
+  ///@}
+
+  ///@{
+  /**
+   * Randomises the order in which bricks arrive; 0 (default): by visibility. For tests.
+   */
+  vtkSetMacro(ArrivalShuffleSeed, vtkTypeUInt64);
+  vtkGetMacro(ArrivalShuffleSeed, vtkTypeUInt64);
+  ///@}
+
+  ///@{
+  /**
+   * Seconds without any progress after which a converging Render() returns an incomplete picture
+   * with a warning. Default 60; 0 waits forever.
+   */
+  vtkSetClampMacro(ConvergeTimeout, double, 0.0, 1.0e9);
+  vtkGetMacro(ConvergeTimeout, double);
+  ///@}
+
+  ///@{
+  /**
+   * Count samples (slower). Default off.
+   */
+  vtkSetMacro(CountSamples, vtkTypeBool);
+  vtkGetMacro(CountSamples, vtkTypeBool);
+  vtkBooleanMacro(CountSamples, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
+   * Draw, instead of colours, the level of the first contribution of each ray: (level + 1) / 32 in
+   * all channels. Default off.
+   */
+  vtkSetMacro(ShowLevels, vtkTypeBool);
+  vtkGetMacro(ShowLevels, vtkTypeBool);
+  vtkBooleanMacro(ShowLevels, vtkTypeBool);
+  ///@}
+
+  /** True if the last frame was complete: every ray ended, at its level, none waits, none failed.
+   */
+  bool IsConverged();
+  /** Bricks that the last frame missed. */
+  vtkIdType GetNumberOfMissingBricks();
+  /**
+   * Renders the window until this mapper has converged or `timeout` seconds have passed. Returns
+   * IsConverged().
+   */
+  bool Converge(vtkRenderWindow* window, double timeout);
+  /** Asks again for all bricks that couldn't be read. */
+  void RetryFailedBricks();
+
+  ///@{
+  /** Statistics since the mapper was made, or of the last frame where said. */
+  vtkTypeUInt64 GetBytesRead();
+  vtkTypeUInt64 GetBytesUploaded();
+  vtkTypeUInt64 GetPageTableBytesUploaded();
+  vtkTypeUInt64 GetNumberOfBricksLoaded();
+  vtkTypeUInt64 GetNumberOfFailedBricks();
+  vtkTypeUInt64 GetNumberOfEvictions();
+  vtkTypeUInt64 GetNumberOfSlots();
+  vtkTypeUInt64 GetNumberOfSlotsInUse();
+  vtkTypeUInt64 GetGPUMemoryUsed();
+  vtkTypeUInt64 GetPeakGPUMemoryUsed();
+  vtkTypeUInt64 GetHostMemoryUsed();
+  vtkTypeUInt64 GetAddressingMemoryUsed();
+  /** Seconds from the first Render() after a new source to the first complete picture. */
+  double GetTimeToFirstPicture();
+  double GetTimeToConverged();
+  /** Of the last frame; samples need CountSamplesOn(). */
+  vtkTypeUInt64 GetNumberOfSamples();
+  vtkTypeUInt64 GetNumberOfContributingSamples();
+  vtkTypeUInt64 GetNumberOfPasses();
+  /** Page-table entries written, wishes and uploads handled in the last frame. */
+  vtkTypeUInt64 GetNumberOfOperations();
+  ///@}
+
+  /**
+   * Copies the accumulators of the last frame, before the one blend into the frame buffer:
+   * premultiplied RGBA as float. Returns false if there are none.
+   */
+  bool GetColorAccumulator(vtkImageData* image);
+
+  /** An empty text, or which invariant of page table and residency is broken. */
+  std::string CheckInvariants();
+
+  // vtkGPUVolumeRayCastMapper, vtkVolumeMapper, vtkAbstractVolumeMapper
+  void Render(vtkRenderer* ren, vtkVolume* vol) override;
+  double* GetBounds() override;
+  void GetBounds(double bounds[6]) override { this->Superclass::GetBounds(bounds); }
+  int IsRenderSupported(vtkRenderWindow* window, vtkVolumeProperty* property) override;
+  void GetReductionRatio(double ratio[3]) override;
+  void ReleaseGraphicsResources(vtkWindow* window) override;
+
+protected:
+  vtkOutOfCoreVolumeMapper();
+  ~vtkOutOfCoreVolumeMapper() override;
+
+  void PreRender(vtkRenderer*, vtkVolume*, double[6], double[2], int, unsigned int) override {}
+  void RenderBlock(vtkRenderer*, vtkVolume*, unsigned int) override {}
+  void PostRender(vtkRenderer*, int) override {}
+
+  vtkTypeUInt64 GPUMemoryBudget = 0;
+  vtkTypeUInt64 HostMemoryBudget = 0;
+  double FrameTimeBudget = -1;
+  double ImageErrorTolerance = 1.0 / 255;
+  double LevelOfDetailBias = 0;
+  int MinimumLevel = 0;
+  int MaximumLevel = 31;
+  vtkTypeBool EmptySpaceSkipping = 1;
+  int NumberOfLoaderThreads = 2;
+  int BrickSize = 64;
+  vtkTypeUInt32 MaximumNumberOfSlots = 0;
+  vtkTypeUInt64 ArrivalShuffleSeed = 0;
+  double ConvergeTimeout = 60;
+  vtkTypeBool CountSamples = 0;
+  vtkTypeBool ShowLevels = 0;
+
+private:
+  vtkOutOfCoreVolumeMapper(const vtkOutOfCoreVolumeMapper&) = delete;
+  void operator=(const vtkOutOfCoreVolumeMapper&) = delete;
+
+  class vtkInternals;
+  std::unique_ptr<vtkInternals> Internals;
+};

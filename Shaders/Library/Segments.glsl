@@ -131,7 +131,10 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
       break;
     }
     precise float h = base * exp2(-refinement);
-    precise float next = (floor(t / h) + 1.0) * h;
+    // t is often a multiple itself, and t / h may be rounded to just below it.
+    precise float cut = floor(t / h);
+    precise float next = (cut + 1.0) * h;
+    next = next > t ? next : (cut + 2.0) * h;
     next = next > t ? min(next, t1) : t1;
     precise float middle = 0.5 * (t + next);
     Sample sm = SampleAt(view, middle);

@@ -5,6 +5,12 @@
 function (teravox_own_target target)
   target_compile_options(${target} PRIVATE
     -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)
+  # GCC 12 leaves the rounding out of two neighbouring double(float(v)) when it vectorises
+  # straight-line code (-O2 and above): ranges and pairs of floats would be wrong in silence.
+  if (CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_compile_options(${target} PUBLIC
+      $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:C,CXX>:-fno-tree-slp-vectorize>>)
+  endif ()
   if (TERAVOX_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)
   endif ()

@@ -68,6 +68,7 @@ private:
 
   const Level& RequireLevel(int level);
   const CellRanges& RequireCells(int level);
+  CellRanges::ScanFunction ScanOf(int level) const;
   template <typename T>
   void BuildLevel(const Level& finer, const Int3& group, Level& level) const;
 

@@ -2,26 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "Types.h"
+#include "BrickGeometry.h"
 
 #include <functional>
 #include <vector>
 
 namespace teravox
 {
-
-/// A box of voxels, [Low, High).
-struct VoxelBox
-{
-  Int3 Low{ 0, 0, 0 };
-  Int3 High{ 0, 0, 0 };
-
-  bool IsEmpty() const
-  {
-    return this->Low[0] >= this->High[0] || this->Low[1] >= this->High[1] ||
-      this->Low[2] >= this->High[2];
-  }
-};
 
 /// Answers exact range queries on a volume of voxels: minimum and maximum of 8^3 cells, of 8^3 such
 /// cells, and so on; only the voxels at the faces of a box are looked at again.

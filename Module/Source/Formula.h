@@ -17,7 +17,8 @@ namespace teravox
 /// Places are *doubled level-0 voxel coordinates*: t = 2 x0, so that the centre of voxel x of a
 /// level with factor f is the integer t = f (2 x + 1) - 1, exact for any size. `factor` is the edge
 /// of the voxel that is asked for, in level-0 voxels: a formula with detail at all scales leaves
-/// out what a voxel of that size can't show. Values lie in [0, 1]. Thread: immutable.
+/// out what a voxel of that size can't show. Values lie in [0, 1] inside the volume; the centre of
+/// a partial last group may lie beyond it. Thread: immutable.
 class Formula
 {
 public:

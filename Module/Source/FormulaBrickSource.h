@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "BrickSource.h"
+#include "BrickGeometry.h"
 #include "Formula.h"
 
 #include <memory>
@@ -45,7 +45,9 @@ public:
 private:
   FormulaBrickSource(const FormulaDescription& formula, PyramidLayout layout);
 
-  ValueRange RangeOfRegion(const BrickKey& region) const;
+  ValueRange RangeOfBox(int level, const VoxelBox& box) const;
+  template <typename T>
+  void Evaluate(int level, const VoxelBox& stored, const VoxelBox& inside, T* voxels) const;
 
   VolumeInfo Info_;
   const std::shared_ptr<const Formula> Field;

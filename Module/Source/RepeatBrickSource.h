@@ -3,9 +3,7 @@
 #pragma once
 
 #include "BrickSource.h"
-#include "CellRanges.h"
 
-#include <atomic>
 #include <memory>
 #include <string>
 
@@ -24,8 +22,12 @@ struct RepeatDescription
   double Background = 0; ///< a value of the inner type
   int BrickSize = 0;     ///< 0 takes the inner one
   std::uint64_t MemoryBudget = std::uint64_t{ 64 } << 20;
+  /// Levels of which one period has at most so many voxels are kept whole, with exact ranges.
+  std::int64_t WholeLevelLimit = std::int64_t{ 1 } << 18;
   std::string Name; ///< empty: made of the inner name
 };
+
+class RepeatPeriod;
 
 /// Repeats a volume along each axis: the largest volumes that can be made of real data (1.3e12
 /// voxels of one brain).
@@ -48,20 +50,18 @@ public:
 
   const VolumeInfo& Info() const override { return this->Info_; }
   Result<BrickPointer> ReadBrick(const BrickKey& key) override;
-  /// Conservative: the ranges of the inner bricks that the region covers. Levels coarser than the
-  /// inner source's are exact.
+  /// Conservative: the ranges of the inner bricks that the region covers; exact for levels that are
+  /// kept whole.
   Result<std::vector<ValueRange>> ReadRanges(const BrickKey& first, const Int3& count) override;
   std::uint64_t BytesRead() const override;
   std::uint64_t MemoryUsed() const override;
   void SetMemoryBudget(std::uint64_t bytes) override;
 
 private:
-  class Period;
+  RepeatBrickSource(VolumeInfo info, std::unique_ptr<RepeatPeriod> period);
 
-  RepeatBrickSource(const RepeatDescription& repeat, VolumeInfo info);
-
-  VolumeInfo Info_;
-  std::unique_ptr<Period> Period_;
+  const VolumeInfo Info_;
+  const std::unique_ptr<RepeatPeriod> Period;
 };
 
 } // namespace teravox

@@ -48,6 +48,28 @@ TEST(Types, RangesKnowVoidSingleAndUnknown)
   EXPECT_EQ(range, ValueRange::Unknown());
 }
 
+namespace
+{
+#if defined(__GNUC__)
+__attribute__((noinline))
+#endif
+ValueRange
+RoundToFloat(const ValueRange& range)
+{
+  return { static_cast<double>(static_cast<float>(range.Min)),
+    static_cast<double>(static_cast<float>(range.Max)) };
+}
+} // namespace
+
+// GCC 12 leaves this rounding out at -O2 unless it is told not to vectorise straight-line code: see
+// teravox_own_target().
+TEST(Types, TheCompilerRoundsToFloat)
+{
+  const ValueRange rounded = RoundToFloat({ 0.1, 0.2 });
+  EXPECT_EQ(rounded.Min, 0.100000001490116119384765625);
+  EXPECT_EQ(rounded.Max, 0.20000000298023223876953125);
+}
+
 TEST(Types, CeilDivAtTheLimits)
 {
   EXPECT_EQ(CeilDiv(0, 7), 0);

@@ -1,0 +1,222 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "ArrayBrickSource.h"
+#include "SourceChecks.h"
+
+#include <gtest/gtest.h>
+#include <thread>
+
+namespace teravox
+{
+
+namespace
+{
+using test::Dense;
+
+template <typename T>
+ArrayDescription Describe(const Dense<T>& volume, int brickSize)
+{
+  ArrayDescription array;
+  array.Data = volume.Voxels.data();
+  array.Type = test::TypeOf<T>();
+  array.Components = volume.Components;
+  array.Dimensions = volume.Dimensions;
+  array.BrickSize = brickSize;
+  return array;
+}
+
+template <typename T>
+void ExpectPyramid(const ArrayDescription& array, const Dense<T>& volume)
+{
+  const auto source = ArrayBrickSource::Make(array);
+  ASSERT_TRUE(source.Ok()) << source.GetStatus().Message();
+  const auto levels = test::Pyramid(volume, source.Value()->Info().Layout,
+    array.Labels ? Downsampling::Mode : Downsampling::Average);
+  for (int l = static_cast<int>(levels.size()) - 1; l >= 0; --l)
+  {
+    const auto& level = levels[static_cast<std::size_t>(l)];
+    test::ExpectBricks(*source.Value(), l, level);
+    const test::RangeCounts counts = test::ExpectRanges(*source.Value(), l, level);
+    EXPECT_EQ(counts.Exact, counts.Regions);
+  }
+}
+} // namespace
+
+TEST(ArrayBrickSource, AllTypesAllLevelsAllVoxels)
+{
+  for (const ScalarType type : AllScalarTypes)
+  {
+    DispatchScalarType(type,
+      [](auto tag)
+      {
+        const auto volume = test::RandomVolume<decltype(tag)>({ 45, 30, 37 }, 1, 5);
+        ExpectPyramid(Describe(volume, 8), volume);
+      });
+  }
+}
+
+TEST(ArrayBrickSource, ComponentsAndLabels)
+{
+  for (int components = 2; components <= 4; ++components)
+  {
+    const auto volume = test::RandomVolume<std::uint8_t>({ 21, 18, 9 }, components, 6);
+    ExpectPyramid(Describe(volume, 8), volume);
+  }
+  auto labels = test::RandomVolume<std::int16_t>({ 33, 21, 17 }, 1, 7);
+  for (std::int16_t& v : labels.Voxels)
+  {
+    v = static_cast<std::int16_t>(v % 5);
+  }
+  ArrayDescription array = Describe(labels, 8);
+  array.Labels = true;
+  ExpectPyramid(array, labels);
+}
+
+TEST(ArrayBrickSource, NaNAndInfinity)
+{
+  auto volume = test::RandomVolume<float>({ 40, 24, 16 }, 1, 8);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (std::int64_t i = 0; i < 16 * 24 * 40; ++i)
+  {
+    if (i % 40 < 24 || i % 7 == 0) // whole bricks of NaN at small x
+    {
+      volume.Voxels[static_cast<std::size_t>(i)] = nan;
+    }
+  }
+  volume.Voxels.back() = std::numeric_limits<float>::infinity();
+  ExpectPyramid(Describe(volume, 8), volume);
+  const auto source = ArrayBrickSource::Make(Describe(volume, 8)).Value();
+  EXPECT_TRUE(source->ReadRanges({}, { 1, 1, 1 }).Value()[0].IsVoid());
+  BrickKey last;
+  last.X = 4;
+  last.Y = 2;
+  last.Z = 1;
+  EXPECT_FALSE(source->ReadRanges(last, { 1, 1, 1 }).Value()[0].IsKnown()); // never skipped
+}
+
+TEST(ArrayBrickSource, StridesNameAPartOfALargerArray)
+{
+  const auto whole = test::RandomVolume<std::uint16_t>({ 40, 30, 20 }, 2, 9);
+  Dense<std::uint16_t> part{ { 25, 20, 11 }, 2, {} };
+  for (std::int64_t i = 0; i < 25 * 20 * 11; ++i)
+  {
+    const std::uint16_t* v = whole.At(3 + i % 25, 5 + i / 25 % 20, 6 + i / 500);
+    part.Voxels.insert(part.Voxels.end(), v, v + 2);
+  }
+  ArrayDescription array = Describe(part, 8);
+  array.Data = whole.At(3, 5, 6);
+  array.RowStride = 40 * 2;
+  array.SliceStride = 40 * 30 * 2;
+  ExpectPyramid(array, part);
+}
+
+TEST(ArrayBrickSource, AnisotropicSpacingAndASingleVoxel)
+{
+  const auto flat = test::RandomVolume<std::uint8_t>({ 70, 50, 5 }, 1, 10);
+  ArrayDescription array = Describe(flat, 8);
+  array.Spacing = { 1, 1, 5 };
+  ExpectPyramid(array, flat);
+  const auto voxel = test::RandomVolume<double>({ 1, 1, 1 }, 1, 11);
+  ExpectPyramid(Describe(voxel, 64), voxel);
+}
+
+// Two identical pages of 1 TiB each would be needed if making it cost anything.
+TEST(ArrayBrickSource, MakingItReadsNothing)
+{
+  const std::uint8_t nothing = 0;
+  ArrayDescription array;
+  array.Data = &nothing;
+  array.Dimensions = { 100000, 100000, 100000 };
+  const auto source = ArrayBrickSource::Make(array);
+  ASSERT_TRUE(source.Ok());
+  EXPECT_EQ(source.Value()->MemoryUsed(), 0u);
+}
+
+TEST(ArrayBrickSource, KeepsItsOwnerAlive)
+{
+  auto volume =
+    std::make_shared<Dense<std::uint8_t>>(test::RandomVolume<std::uint8_t>({ 20, 20, 20 }, 1, 12));
+  const std::weak_ptr<Dense<std::uint8_t>> watch = volume;
+  ArrayDescription array = Describe(*volume, 8);
+  array.Owner = volume;
+  auto source = ArrayBrickSource::Make(array).Value();
+  array.Owner.reset();
+  const Dense<std::uint8_t> copy = *volume;
+  volume.reset();
+  EXPECT_FALSE(watch.expired());
+  test::ExpectBricks(*source, 0, copy);
+  source.reset();
+  EXPECT_TRUE(watch.expired());
+}
+
+TEST(ArrayBrickSource, ManyThreadsBuildEachLevelOnce)
+{
+  const auto volume = test::RandomVolume<std::uint16_t>({ 60, 50, 40 }, 1, 13);
+  const auto source = ArrayBrickSource::Make(Describe(volume, 8)).Value();
+  const auto levels = test::Pyramid(volume, source->Info().Layout, Downsampling::Average);
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t)
+  {
+    threads.emplace_back(
+      [&, t]
+      {
+        for (std::size_t i = 0; i < levels.size(); ++i)
+        {
+          const std::size_t l = (i + static_cast<std::size_t>(t)) % levels.size();
+          test::ExpectBricks(*source, static_cast<int>(l), levels[l]);
+          test::ExpectRanges(*source, static_cast<int>(l), levels[l]);
+        }
+      });
+  }
+  for (std::thread& thread : threads)
+  {
+    thread.join();
+  }
+  std::uint64_t voxels = 0;
+  for (std::size_t l = 1; l < levels.size(); ++l)
+  {
+    voxels += levels[l].Voxels.size() * 2;
+  }
+  EXPECT_GT(source->MemoryUsed(), voxels);
+  EXPECT_LT(source->MemoryUsed(), voxels + volume.Voxels.size());
+}
+
+TEST(ArrayBrickSource, RangeOfAllVoxels)
+{
+  const auto volume = test::RandomVolume<std::int32_t>({ 30, 30, 30 }, 1, 14);
+  const auto [low, high] = std::minmax_element(volume.Voxels.begin(), volume.Voxels.end());
+  EXPECT_EQ(ArrayBrickSource::Make(Describe(volume, 8)).Value()->ComputeRange().Value(),
+    (ValueRange{ static_cast<double>(*low), static_cast<double>(*high) }));
+}
+
+TEST(ArrayBrickSource, ErrorsSayWhatIsWrong)
+{
+  const auto volume = test::RandomVolume<std::uint8_t>({ 8, 8, 8 }, 1, 15);
+  const auto fails = [&](auto change, const char* words)
+  {
+    ArrayDescription array = Describe(volume, 8);
+    array.Name = "density of ct.vti";
+    change(array);
+    const auto source = ArrayBrickSource::Make(array);
+    ASSERT_FALSE(source.Ok());
+    EXPECT_NE(source.GetStatus().Message().find(words), std::string::npos)
+      << source.GetStatus().Message();
+    EXPECT_NE(source.GetStatus().Message().find("density of ct.vti"), std::string::npos);
+  };
+  fails([](ArrayDescription& a) { a.Data = nullptr; }, "no data");
+  fails([](ArrayDescription& a) { a.Components = 5; }, "5 components");
+  fails([](ArrayDescription& a) { a.Dimensions[1] = 0; }, "8 x 0 x 8");
+  fails([](ArrayDescription& a) { a.RowStride = 7; }, "overlap");
+  fails([](ArrayDescription& a) { a.SliceStride = 63; }, "overlap");
+  fails([](ArrayDescription& a) { a.Spacing[2] = 0; }, "spacing");
+  const auto source = ArrayBrickSource::Make(Describe(volume, 8)).Value();
+  BrickKey key;
+  key.X = 1;
+  EXPECT_EQ(source->ReadBrick(key).GetStatus().Code(), StatusCode::InvalidArgument);
+  key.Level = 9;
+  EXPECT_EQ(source->ReadRanges(key, { 1, 1, 1 }).GetStatus().Code(), StatusCode::InvalidArgument);
+  EXPECT_FALSE(source->ReadRanges({}, { 1, -1, 1 }).Ok());
+  EXPECT_FALSE(source->ReadRanges({}, { 1 << 20, 1 << 20, 1 << 30 }).Ok());
+}
+
+} // namespace teravox

@@ -174,7 +174,9 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   const Matrix4 worldFromVoxel = Multiply(input.WorldFromDataset, input.DatasetFromVoxel);
   const auto voxelFromWorld = Invert(worldFromVoxel);
   const auto voxelFromDataset = Invert(input.DatasetFromVoxel);
-  for (const auto* m : { &viewFromClip, &worldFromView, &voxelFromWorld, &voxelFromDataset })
+  const auto datasetFromWorld = Invert(input.WorldFromDataset);
+  for (const auto* m :
+    { &viewFromClip, &worldFromView, &voxelFromWorld, &voxelFromDataset, &datasetFromWorld })
   {
     if (!*m)
     {
@@ -238,10 +240,13 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   g.Parameters.RayDirection = { ToFloat(d),
     ToFloat(difference(Vector(voxelFromView, alongX.Direction), d, w)),
     ToFloat(difference(Vector(voxelFromView, alongY.Direction), d, h)) };
-  const Double3 v = Vector(worldFromView.Value(), corner.Direction);
+  // Optical depth counts lengths in dataset space, as VTK does: a prop that is scaled keeps its
+  // look.
+  const Matrix4 datasetFromView = Multiply(datasetFromWorld.Value(), worldFromView.Value());
+  const Double3 v = Vector(datasetFromView, corner.Direction);
   g.Parameters.RayWorld = { ToFloat(v),
-    ToFloat(difference(Vector(worldFromView.Value(), alongX.Direction), v, w)),
-    ToFloat(difference(Vector(worldFromView.Value(), alongY.Direction), v, h)) };
+    ToFloat(difference(Vector(datasetFromView, alongX.Direction), v, w)),
+    ToFloat(difference(Vector(datasetFromView, alongY.Direction), v, h)) };
 
   // Width of a pixel in view space; view space has the world's unit.
   const double widthAt0 = parallel ? Length(difference(alongX.Origin, corner.Origin, w)) : 0.0;

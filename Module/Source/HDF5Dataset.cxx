@@ -342,6 +342,10 @@ Result<ChunkPointer> HDF5Dataset::Read(const Int3& index, const ChunkCache::Rese
     hsize_t size = 0;
     if (H5Dget_chunk_storage_size(this->Id.Get(), offset.data(), &size) < 0)
     {
+      if (lock.TakeUnallocated())
+      {
+        return UnwrittenChunk();
+      }
       return this->Failure(
         StatusCode::Corrupt, index, "can't be found in the index: " + lock.TakeError());
     }

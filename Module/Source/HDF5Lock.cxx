@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "HDF5Lock.h"
 
+#include <cstring>
+
 namespace teravox
 {
 
@@ -38,6 +40,26 @@ std::string HDF5Lock::TakeError() const
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, first, &text);
   H5Eclear2(H5E_DEFAULT);
   return text.empty() ? "no reason given" : text;
+}
+
+bool HDF5Lock::TakeUnallocated() const
+{
+  bool unallocated = false;
+  const auto first = [](unsigned n, const H5E_error2_t* error, void* out) -> herr_t
+  {
+    if (n == 0)
+    {
+      *static_cast<bool*>(out) = error->maj_num == H5E_DATASET && error->min_num == H5E_CANTALLOC &&
+        error->desc != nullptr && std::strstr(error->desc, "not allocated") != nullptr;
+    }
+    return 0;
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, first, &unallocated);
+  if (unallocated)
+  {
+    H5Eclear2(H5E_DEFAULT);
+  }
+  return unallocated;
 }
 
 } // namespace teravox

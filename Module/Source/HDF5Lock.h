@@ -25,6 +25,9 @@ public:
   /// The innermost cause on HDF5's error stack, for instance "unable to open file (... No such file
   /// or directory ...)"; clears the stack.
   std::string TakeError() const;
+  /// True if the innermost error is HDF5's way to say that a chunk isn't stored (1.10 has no
+  /// other); then clears the stack.
+  bool TakeUnallocated() const;
 
 private:
   static std::mutex& Mutex();

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "PyramidBuilder.h"
 
-#include "Downsample.h"
+#include "Downsampling.h"
 #include "PyramidFormat.h"
 
 #include <algorithm>
@@ -68,6 +68,43 @@ std::vector<std::byte> Voxel(ScalarType type, int components, double value)
       }
     });
   return voxel;
+}
+
+/// DownsampleBox in slabs of a few rows. Throws what it throws.
+template <typename T>
+void DownsampleParallel(
+  const BoxView<const T>& in, const Int3& group, Downsampling method, const BoxView<T>& out)
+{
+  constexpr std::int64_t rows = 16;
+  const std::int64_t slabs = CeilDiv(out.Dimensions[1], rows);
+  std::exception_ptr failure;
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::int64_t i = 0; i < slabs * out.Dimensions[2]; ++i)
+  {
+    try
+    {
+      const std::int64_t y = i % slabs * rows;
+      const std::int64_t z = i / slabs;
+      BoxView<T> to = out;
+      to.Data = out.Row(y, z);
+      to.Dimensions[1] = std::min(rows, out.Dimensions[1] - y);
+      to.Dimensions[2] = 1;
+      BoxView<const T> from = in;
+      from.Data = in.Row(y * group[1], z * group[2]);
+      from.Dimensions[1] = std::min(rows * group[1], in.Dimensions[1] - y * group[1]);
+      from.Dimensions[2] = std::min(group[2], in.Dimensions[2] - z * group[2]);
+      DownsampleBox(from, group, method, to);
+    }
+    catch (...)
+    {
+#pragma omp critical(teravox_downsample)
+      failure = std::current_exception();
+    }
+  }
+  if (failure)
+  {
+    std::rethrow_exception(failure);
+  }
 }
 } // namespace
 
@@ -436,11 +473,19 @@ Result<PyramidBuilder::Block> PyramidBuilder::Coarser(int level, Block fine, con
   }
   coarse.Voxels.resize(this->Bytes(coarse.Size));
   this->Allocated(coarse.Voxels.size());
-  const DownsampleMode mode = this->Options.Downsampling == PyramidDownsampling::Mode
-    ? DownsampleMode::Mode
-    : DownsampleMode::Average;
-  Downsample(this->Volume.Type, this->Volume.Components, mode, ratio, fine.Voxels.data(), fine.Size,
-    coarse.Voxels.data(), coarse.Size);
+  const Downsampling method = this->Options.Downsampling == PyramidDownsampling::Mode
+    ? Downsampling::Mode
+    : Downsampling::Average;
+  DispatchScalarType(this->Volume.Type,
+    [&](auto example)
+    {
+      using T = decltype(example);
+      const int components = this->Volume.Components;
+      DownsampleParallel<T>(BoxView<const T>::Dense(reinterpret_cast<const T*>(fine.Voxels.data()),
+                              fine.Size, components),
+        ratio, method,
+        BoxView<T>::Dense(reinterpret_cast<T*>(coarse.Voxels.data()), coarse.Size, components));
+    });
   this->Released(fine.Voxels.size());
   return coarse;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <omp.h>
 
 namespace teravox
 {
@@ -125,9 +126,12 @@ void PyramidHistogram::Add(const void* values, std::size_t count, const ValueRan
       }
       this->Widen(finite.Min, finite.Max);
       const auto n = static_cast<std::int64_t>(count);
+      // Allocated here: nothing may be thrown inside the parallel region.
+      std::vector<std::vector<std::uint64_t>> locals(
+        static_cast<std::size_t>(omp_get_max_threads()), std::vector<std::uint64_t>(FineBins, 0));
 #pragma omp parallel
       {
-        std::vector<std::uint64_t> local(FineBins, 0);
+        std::vector<std::uint64_t>& local = locals[static_cast<std::size_t>(omp_get_thread_num())];
 #pragma omp for schedule(static)
         for (std::int64_t i = 0; i < n; ++i)
         {

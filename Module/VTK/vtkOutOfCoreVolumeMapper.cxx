@@ -551,7 +551,8 @@ std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeP
   check(p->GetUseClippedVoxelIntensity() != 0, "UseClippedVoxelIntensity");
   check(p->GetNumberOfLabels() > 0, "LabelColor, LabelScalarOpacity, LabelGradientOpacity");
   check(p->GetSliceFunction() != nullptr, "SliceFunction");
-  check(p->GetIsoSurfaceValues()->GetNumberOfContours() > 0, "IsoSurfaceValues");
+  vtkContourValues* contours = p->GetIsoSurfaceValues();
+  check(contours->GetNumberOfContours() > 1 || contours->GetValue(0) != 0, "IsoSurfaceValues");
   return names;
 }
 
@@ -761,8 +762,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   request.Abort = [window]() { return window->CheckAbortStatus() != 0; };
 
   // A wall of a hundredth of the shortest voxel edge is opaque.
-  const Matrix4 world =
-    teravox::Multiply(request.Camera.WorldFromDataset, request.Camera.DatasetFromVoxel);
+  const Matrix4& world = request.Camera.DatasetFromVoxel;
   double shortest = VTK_DOUBLE_MAX;
   for (std::size_t a = 0; a < 3; ++a)
   {

@@ -10,7 +10,7 @@ layout(std140, binding = 0) uniform View
 {
   vec4 u_rayOrigin[3];    // xyz: at pixel corner (0,0), change per pixel in x, in y; anchored voxels
   vec4 u_rayDirection[3]; // xyz: voxels per unit of view depth, likewise
-  vec4 u_rayWorld[3];     // xyz: world units per unit of view depth, likewise
+  vec4 u_rayWorld[3];     // xyz: length in dataset space per unit of view depth, likewise
   uvec4 u_anchor;         // xyz: integer point of level 0
   uvec4 u_dimensions;     // xyz: voxels of level 0; w: brick size
   uvec4 u_levels;         // x: number of levels, y: minimum, z: maximum level, w: page depth

@@ -34,7 +34,9 @@ float RoundUp(double v)
 PageEntry MakeEntry(const ValueRange& range, bool isBrick)
 {
   PageEntry entry;
-  if (isBrick && range.IsSingle() && range.IsKnown())
+  // A value beyond what a float holds has no pair; such a brick is an ordinary one.
+  if (isBrick && range.IsSingle() &&
+    std::abs(range.Min) <= static_cast<double>(std::numeric_limits<float>::max()))
   {
     entry.Word = PageEntry::Pack(PageEntry::Single, 0);
     entry.Low = static_cast<float>(range.Min);

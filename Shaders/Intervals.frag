@@ -12,7 +12,7 @@ uniform vec3 u_boxHigh;
 uniform vec2 u_nearFar;       // view depths
 uniform vec4 u_depthToView;   // view depth = (x + y * d) / (z + w * d), d = window depth in 0..1
 uniform int u_hasDepth;
-layout(binding = 3) uniform sampler2D u_depth; // of this viewport only
+layout(binding = 0) uniform sampler2D u_depth; // of this viewport only
 
 layout(location = 0) out vec4 f_intervals;
 

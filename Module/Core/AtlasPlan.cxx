@@ -32,6 +32,10 @@ AtlasPlan Complete(
     std::min<std::int64_t>(perAxis[0] * perAxis[1] * perAxis[2], request.MaximumSlots));
   plan.PageBlocks = PageBlocksFor(layout, plan.Slots);
   plan.AtlasBytes = static_cast<std::uint64_t>(size[0] * size[1] * size[2]) * request.BytesPerTexel;
+  const std::int64_t cells = CeilDiv(layout.BrickSize(), CellEdge);
+  plan.CellBytes =
+    static_cast<std::uint64_t>(perAxis[0] * perAxis[1] * perAxis[2] * cells * cells * cells) * 2 *
+    request.BytesPerTexel;
   plan.DirectoryBytes = static_cast<std::uint64_t>(layout.DirectoryEntries()) * sizeof(PageEntry);
   plan.PageBlockBytes =
     std::uint64_t{ plan.PageBlocks } * PageTable::EntriesPerBlock * sizeof(PageEntry);

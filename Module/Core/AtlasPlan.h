@@ -19,6 +19,7 @@ struct AtlasPlan
   std::uint32_t Slots = 0;      ///< at most SlotsPerAxis[0]*[1]*[2]
   std::uint32_t PageBlocks = 0; ///< blocks in the pool
   std::uint64_t AtlasBytes = 0;
+  std::uint64_t CellBytes = 0; ///< ranges of the cells of each slot
   std::uint64_t DirectoryBytes = 0;
   std::uint64_t PageBlockBytes = 0;
   std::uint64_t SlotTableBytes = 0; ///< value offset and scale per slot
@@ -31,9 +32,12 @@ struct AtlasPlan
   }
   std::uint64_t TotalBytes() const
   {
-    return this->AtlasBytes + this->AddressingBytes() + this->FeedbackBytes;
+    return this->AtlasBytes + this->CellBytes + this->AddressingBytes() + this->FeedbackBytes;
   }
 };
+
+/// Edge of a cell in voxels: the unit in which emptiness inside a resident brick is known.
+inline constexpr int CellEdge = 8;
 
 struct AtlasRequest
 {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 namespace teravox
 {
@@ -59,6 +60,30 @@ int ChooseIntervals(const TransferFunction& function, bool integers, double low,
 }
 } // namespace
 
+namespace
+{
+using Color3 = std::array<double, 3>;
+
+std::uint32_t Bits(float value)
+{
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &value, sizeof(bits));
+  return bits;
+}
+
+void PutPair(double value, std::uint32_t& high, std::uint32_t& low)
+{
+  const auto first = static_cast<float>(value);
+  high = Bits(first);
+  low = Bits(static_cast<float>(value - static_cast<double>(first)));
+}
+
+std::uint32_t Unorm16(double value)
+{
+  return static_cast<std::uint32_t>(std::lround(std::clamp(value, 0.0, 1.0) * 65535));
+}
+} // namespace
+
 TransferTable BuildTransferTable(
   const TransferFunction& function, const ValueRange& data, bool integers, double smallestStep)
 {
@@ -71,56 +96,54 @@ TransferTable BuildTransferTable(
   table.WallExtinction = 40.0 / smallestStep;
 
   const auto nodes = static_cast<std::size_t>(table.Nodes);
-  std::vector<double> s(nodes + 1);
-  std::vector<std::array<double, 3>> g(nodes + 1);
+  std::vector<double> s(nodes);
+  std::vector<Color3> color(nodes);
   for (std::size_t i = 0; i < nodes; ++i)
   {
     const double value = i + 1 == nodes
       ? table.High
       : table.Low + static_cast<double>(i) / intervals * (table.High - table.Low);
     const double opacity = std::clamp(function.Opacity(value), 0.0, 1.0);
-    std::array<double, 3> color{};
-    function.Color(value, color.data());
+    function.Color(value, color[i].data());
+    for (double& c : color[i])
+    {
+      c = std::clamp(c, 0.0, 1.0);
+    }
     s[i] = opacity >= 1
       ? table.WallExtinction
       : std::min(-std::log1p(-opacity) / function.UnitDistance, table.WallExtinction);
     s[i] = static_cast<double>(static_cast<float>(s[i])); // as the table stores it
-    for (std::size_t c = 0; c < 3; ++c)
-    {
-      g[i][c] = static_cast<double>(static_cast<float>(s[i] * std::clamp(color[c], 0.0, 1.0)));
-    }
   }
-  s[nodes] = s[nodes - 1];
-  g[nodes] = g[nodes - 1];
 
-  table.Texels.assign((nodes + 1) * 16, 0.0f);
+  table.Texels.assign(nodes * 12, 0);
+  table.Occupied.assign(nodes, 0);
   double integral = 0;
-  std::array<double, 3> emission{};
-  double occupied = 0;
-  for (std::size_t i = 0; i <= nodes; ++i)
+  Color3 emission{};
+  std::uint32_t occupied = 0;
+  for (std::size_t i = 0; i < nodes; ++i)
   {
-    float* texel = &table.Texels[i * 16];
-    const auto high = static_cast<float>(integral);
-    texel[0] = high;
-    texel[1] = static_cast<float>(integral - static_cast<double>(high));
-    texel[2] = static_cast<float>(s[i]);
-    texel[3] = static_cast<float>(s[std::min(i + 1, nodes)]);
-    texel[7] = static_cast<float>(occupied);
+    const std::size_t next = std::min(i + 1, nodes - 1);
+    std::uint32_t* texel = &table.Texels[i * 12];
+    PutPair(integral, texel[0], texel[1]);
+    texel[2] = Bits(static_cast<float>(s[i]));
+    texel[3] = Bits(static_cast<float>(s[next]));
+    const double step = 0.5 * (s[i] + s[next]);
+    std::array<std::uint32_t, 3> mean{};
     for (std::size_t c = 0; c < 3; ++c)
     {
-      texel[4 + c] = static_cast<float>(emission[c]);
-      texel[8 + c] = static_cast<float>(emission[c] - static_cast<double>(texel[4 + c]));
-      texel[12 + c] = static_cast<float>(g[i][c]);
+      PutPair(emission[c], texel[4 + c], texel[8 + c]);
+      // Colour of the interval: as its emission demands, so that integrals agree at the next node.
+      const double added =
+        (s[i] * (2 * color[i][c] + color[next][c]) + s[next] * (color[i][c] + 2 * color[next][c])) /
+        6;
+      mean[c] = Unorm16(step > 0 ? added / step : color[i][c]);
+      emission[c] += i < next ? added : 0;
     }
-    if (i < nodes)
-    {
-      integral += 0.5 * (s[i] + s[i + 1]);
-      occupied += s[i] > 0 || s[i + 1] > 0 ? 1 : 0;
-      for (std::size_t c = 0; c < 3; ++c)
-      {
-        emission[c] += 0.5 * (g[i][c] + g[i + 1][c]);
-      }
-    }
+    texel[7] = mean[0] | mean[1] << 16;
+    texel[11] = mean[2];
+    table.Occupied[i] = occupied;
+    integral += i < next ? step : 0;
+    occupied += s[i] > 0 || s[next] > 0 ? 1 : 0;
   }
   return table;
 }

@@ -4,6 +4,7 @@
 
 #include "Types.h"
 
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -25,11 +26,15 @@ struct TransferFunction
 /// see Shaders/Library/Transfer.glsl. Thread: immutable value.
 struct TransferTable
 {
-  double Low = 0;            ///< data value of node 0
-  double High = 1;           ///< data value of the last node
-  int Nodes = 0;             ///< at least 2
-  double NodesPerUnit = 1;   ///< (Nodes - 1) / (High - Low)
-  std::vector<float> Texels; ///< 16 floats per node, and one node of padding
+  double Low = 0;                    ///< data value of node 0
+  double High = 1;                   ///< data value of the last node
+  int Nodes = 0;                     ///< at least 2
+  double NodesPerUnit = 1;           ///< (Nodes - 1) / (High - Low)
+  std::vector<std::uint32_t> Texels; ///< 12 words per node; the bits of floats, and packed colours
+  std::vector<std::uint32_t> Occupied; ///< per node: intervals before it that aren't zero
+
+  /// Size of both tables on the GPU.
+  std::uint64_t SizeInBytes() const { return 4 * (this->Texels.size() + this->Occupied.size()); }
 
   /// Extinction per world length of an opaque wall (opacity 1).
   double WallExtinction = 0;

@@ -22,6 +22,11 @@ Result<std::unique_ptr<BrickAtlas>> BrickAtlas::Make(
     GLTexture(memory, GL_TEXTURE_3D, format.InternalFormat, static_cast<int>(plan.AtlasSize[0]),
       static_cast<int>(plan.AtlasSize[1]), static_cast<int>(plan.AtlasSize[2]),
       format.BytesPerTexel, format.DriverFilter ? GL_LINEAR : GL_NEAREST);
+  atlas->CellsPerBrick = static_cast<int>(CeilDiv(storedSize - 2 * BrickBorder, CellEdge));
+  const auto cells = [&](std::size_t a)
+  { return static_cast<int>(plan.SlotsPerAxis[a]) * atlas->CellsPerBrick; };
+  atlas->Cells = GLTexture(memory, GL_TEXTURE_3D, format.CellFormat, cells(0), cells(1), cells(2),
+    std::size_t{ 2 } * format.BytesPerTexel, GL_NEAREST);
   atlas->Table = GLBuffer(memory, GL_SHADER_STORAGE_BUFFER,
     static_cast<std::size_t>(plan.DirectoryBytes + plan.PageBlockBytes), nullptr, GL_DYNAMIC_DRAW);
   // The binding must exist for all variants; four floats where no slot table is needed.
@@ -48,7 +53,12 @@ void BrickAtlas::Upload(std::uint32_t slot, const Brick& brick)
   glTexSubImage3D(GL_TEXTURE_3D, 0, static_cast<GLint>(at[0] * edge),
     static_cast<GLint>(at[1] * edge), static_cast<GLint>(at[2] * edge), edge, edge, edge, GL_RED,
     this->Format_.DataType, texels.Bytes.data());
-  this->BytesUploaded_ += texels.Bytes.size();
+  const GLsizei cells = this->CellsPerBrick;
+  this->Cells.Bind(0);
+  glTexSubImage3D(GL_TEXTURE_3D, 0, static_cast<GLint>(at[0]) * cells,
+    static_cast<GLint>(at[1]) * cells, static_cast<GLint>(at[2]) * cells, cells, cells, cells,
+    GL_RG, this->Format_.DataType, texels.Cells.data());
+  this->BytesUploaded_ += texels.Bytes.size() + texels.Cells.size();
   if (this->Plan_.SlotTableBytes != 0)
   {
     const std::array<float, 4> entry{ texels.OffsetHigh, texels.OffsetLow, texels.Scale, 0 };
@@ -77,6 +87,7 @@ void BrickAtlas::Apply(const PageTable& table, const PageTable::Changes& changes
 void BrickAtlas::Bind() const
 {
   this->Texture.Bind(0);
+  this->Cells.Bind(4);
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, this->Table.Id());
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, this->Slots.Id());
 }

@@ -39,6 +39,8 @@ private:
   VoxelFormat Format_;
   int StoredSize = 0;
   GLTexture Texture;
+  GLTexture Cells;
+  int CellsPerBrick = 0;
   GLBuffer Table;
   GLBuffer Slots;
   std::uint64_t BytesUploaded_ = 0;

@@ -161,17 +161,22 @@ Status RayMarcher::RunProbe()
 
 void RayMarcher::SetTransferTable(const TransferTable& table)
 {
-  const std::size_t bytes = table.Texels.size() * sizeof(float);
-  if (this->TransferBuffer.Size() != bytes)
+  const auto put = [this](const std::vector<std::uint32_t>& words, GLenum format, GLBuffer& buffer,
+                     GLTexture& texture)
   {
-    this->TransferTexture.Release();
-    this->TransferBuffer = GLBuffer();
-    this->TransferBuffer =
-      GLBuffer(this->Memory, GL_TEXTURE_BUFFER, bytes, table.Texels.data(), GL_STATIC_DRAW);
-    this->TransferTexture = GLTexture(this->Memory, GL_RGBA32F, this->TransferBuffer);
-    return;
-  }
-  this->TransferBuffer.Write(0, bytes, table.Texels.data());
+    const std::size_t bytes = words.size() * sizeof(std::uint32_t);
+    if (buffer.Size() == bytes)
+    {
+      buffer.Write(0, bytes, words.data());
+      return;
+    }
+    texture.Release();
+    buffer.Release();
+    buffer = GLBuffer(this->Memory, GL_TEXTURE_BUFFER, bytes, words.data(), GL_STATIC_DRAW);
+    texture = GLTexture(this->Memory, format, buffer);
+  };
+  put(table.Texels, GL_RGBA32UI, this->TransferBuffer, this->TransferTexture);
+  put(table.Occupied, GL_R32UI, this->OccupiedBuffer, this->OccupiedTexture);
 }
 
 void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
@@ -223,7 +228,7 @@ void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
       y + view.Height(), GL_DEPTH_BUFFER_BIT, GL_NEAREST);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved.Id());
   }
-  view.Depth.Bind(3);
+  view.Depth.Bind(0);
   glCopyTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, x, y, view.Width(), view.Height());
 }
 
@@ -245,7 +250,7 @@ Status RayMarcher::Begin(
   glUniform2f(p.Uniform("u_nearFar"), intervals.Near, intervals.Far);
   glUniform4fv(p.Uniform("u_depthToView"), 1, intervals.DepthToView.data());
   glUniform1i(p.Uniform("u_hasDepth"), intervals.HasDepth ? 1 : 0);
-  view.Depth.Bind(3);
+  view.Depth.Bind(0);
   glBindFramebuffer(GL_FRAMEBUFFER, view.IntervalTarget.Id());
   glBindVertexArray(this->Vertices.Id());
   glDrawArrays(GL_TRIANGLES, 0, 3);
@@ -307,6 +312,7 @@ Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas
   glBindImageTexture(1, view.Position.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32I);
   atlas.Bind();
   this->TransferTexture.Bind(1);
+  this->OccupiedTexture.Bind(3);
   view.Intervals.Bind(2);
   glBindVertexArray(this->TileVertices.Id());
   glBindBuffer(GL_ARRAY_BUFFER, view.TileList.Id());

@@ -80,7 +80,6 @@ public:
 
   const FilterProbe& Probe() const { return this->Probe_; }
   void SetTransferTable(const TransferTable& table);
-  std::uint64_t TransferBytes() const { return this->TransferBuffer.Size(); }
 
   /// Copies the depth of the frame buffer that is bound for drawing, resolving samples.
   void CopyDepth(ViewState& view, GLuint framebuffer, int x, int y);
@@ -108,6 +107,8 @@ private:
   GLBuffer Uniforms;
   GLBuffer TransferBuffer;
   GLTexture TransferTexture;
+  GLBuffer OccupiedBuffer;
+  GLTexture OccupiedTexture;
   GLVertexArray Vertices;
   GLVertexArray TileVertices;
   std::map<std::string, GLProgram> Programs;

@@ -13,6 +13,7 @@ static_assert(shared::REQUEST_ENTRIES == RequestTableEntries);
 static_assert(shared::REQUEST_WORDS == RequestTableWords);
 static_assert(shared::FEEDBACK_HEADER_WORDS == FeedbackHeaderWords);
 static_assert(shared::TILE_SIZE == 32);
+static_assert(shared::CELL_EDGE == CellEdge);
 
 std::uint32_t ViewState::BlockStampIndex() const
 {

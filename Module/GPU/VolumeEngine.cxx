@@ -90,8 +90,8 @@ void VolumeEngine::PrepareLoader()
 
 std::uint64_t VolumeEngine::FixedBytes(const ViewState* except, int width, int height) const
 {
-  std::uint64_t bytes = ViewState::BytesFor(width, height) + sizeof(MarchParameters) +
-    this->Transfer.Texels.size() * sizeof(float);
+  std::uint64_t bytes =
+    ViewState::BytesFor(width, height) + sizeof(MarchParameters) + this->Transfer.SizeInBytes();
   const std::uint64_t tiles = 12 * ((static_cast<std::uint64_t>(width) + 31) / 32) *
     ((static_cast<std::uint64_t>(height) + 31) / 32);
   bytes += tiles;

@@ -2,8 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "VoxelFormat.h"
 
+#include "AtlasPlan.h"
+
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 
 namespace teravox
@@ -24,6 +28,7 @@ VoxelFormat VoxelFormat::Choose(ScalarType type, const FilterProbe& probe)
         format.InternalFormat = GL_R8;
         format.DataType = GL_UNSIGNED_BYTE;
         format.BytesPerTexel = 1;
+        format.CellFormat = GL_RG8;
       }
       break;
     case ScalarType::UInt16:
@@ -40,6 +45,7 @@ VoxelFormat VoxelFormat::Choose(ScalarType type, const FilterProbe& probe)
       format.InternalFormat = GL_R32F;
       format.DataType = GL_FLOAT;
       format.BytesPerTexel = 4;
+      format.CellFormat = GL_RG32F;
       format.DriverFilter = probe.R32F;
       format.Relative = type != ScalarType::Float32;
       break;
@@ -102,6 +108,74 @@ void ConvertRelative(const Brick& brick, ConvertedBrick& out)
     texels[i] = static_cast<float>((static_cast<double>(in[i]) - low) * inverse);
   }
 }
+// Least and largest texel per cell: first along x for all rows, then over rows and slices, so that
+// each voxel is read about twice.
+template <typename T>
+void FindCells(int stored, ConvertedBrick& out)
+{
+  const int inner = stored - 2 * BrickBorder;
+  const int cells = static_cast<int>(CeilDiv(inner, CellEdge));
+  const auto* texels = reinterpret_cast<const T*>(out.Bytes.data());
+  const auto count = static_cast<std::size_t>(cells);
+  out.Cells.resize(count * count * count * 2 * sizeof(T));
+  auto* ranges = reinterpret_cast<T*>(out.Cells.data());
+  // Voxels from 8 c - 1 to 8 c + 8 of the inner brick, as indices of the stored one.
+  const auto first = [](int c) { return c * CellEdge - 1 + BrickBorder; };
+  const auto last = [inner](int c)
+  { return std::min(c * CellEdge + CellEdge, inner) + BrickBorder; };
+  constexpr T high = std::numeric_limits<T>::max();
+  constexpr T low = std::numeric_limits<T>::lowest();
+  std::fill_n(ranges, count * count * count * 2, high);
+  for (std::size_t i = 1; i < count * count * count * 2; i += 2)
+  {
+    ranges[i] = low;
+  }
+  std::vector<T> row(count * 2);
+  for (int z = 0; z < stored; ++z)
+  {
+    for (int y = 0; y < stored; ++y)
+    {
+      const T* line = texels +
+        (static_cast<std::size_t>(z) * static_cast<std::size_t>(stored) +
+          static_cast<std::size_t>(y)) *
+          static_cast<std::size_t>(stored);
+      for (int c = 0; c < cells; ++c)
+      {
+        T least = high;
+        T largest = low;
+        for (int x = first(c); x <= last(c); ++x)
+        {
+          // Comparisons with NaN are false: it is left out.
+          least = line[x] < least ? line[x] : least;
+          largest = line[x] > largest ? line[x] : largest;
+        }
+        row[static_cast<std::size_t>(2 * c)] = least;
+        row[static_cast<std::size_t>(2 * c + 1)] = largest;
+      }
+      for (int cz = 0; cz < cells; ++cz)
+      {
+        if (z < first(cz) || z > last(cz))
+        {
+          continue;
+        }
+        for (int cy = 0; cy < cells; ++cy)
+        {
+          if (y < first(cy) || y > last(cy))
+          {
+            continue;
+          }
+          T* cell = ranges +
+            2 * (static_cast<std::size_t>(cz) * count + static_cast<std::size_t>(cy)) * count;
+          for (std::size_t c = 0; c < count * 2; c += 2)
+          {
+            cell[c] = std::min(cell[c], row[c]);
+            cell[c + 1] = std::max(cell[c + 1], row[c + 1]);
+          }
+        }
+      }
+    }
+  }
+}
 } // namespace
 
 ConvertedBrick ConvertBrick(const Brick& brick, const VoxelFormat& format)
@@ -126,6 +200,18 @@ ConvertedBrick ConvertBrick(const Brick& brick, const VoxelFormat& format)
         ConvertRelative<T>(brick, out);
       }
     });
+  switch (format.BytesPerTexel)
+  {
+    case 1:
+      FindCells<std::uint8_t>(brick.StoredSize, out);
+      break;
+    case 2:
+      FindCells<std::uint16_t>(brick.StoredSize, out);
+      break;
+    default:
+      FindCells<float>(brick.StoredSize, out);
+      break;
+  }
   return out;
 }
 

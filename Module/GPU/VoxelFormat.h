@@ -26,6 +26,7 @@ struct VoxelFormat
 {
   GLenum InternalFormat = GL_R16;
   GLenum DataType = GL_UNSIGNED_SHORT; ///< of the uploaded texels
+  GLenum CellFormat = GL_RG16;         ///< of two texel values, least and largest
   std::uint32_t BytesPerTexel = 2;
   bool DriverFilter = false;
   bool Relative = false; ///< needs the slot table
@@ -41,12 +42,15 @@ struct VoxelFormat
 struct ConvertedBrick
 {
   std::vector<std::uint8_t> Bytes; ///< 8- or 16-bit texels or floats, by the format
+  std::vector<std::uint8_t> Cells; ///< least and largest texel of each cell, x fastest
   float OffsetHigh = 0;
   float OffsetLow = 0;
   float Scale = 1;
 };
 
 /// Conversion before GL sees the data (drivers convert ten times slower).
+/// Cells are of CellEdge^3 voxels inside the border; their ranges include the voxels that linear
+/// interpolation reaches from them, and leave NaN out.
 ConvertedBrick ConvertBrick(const Brick& brick, const VoxelFormat& format);
 
 } // namespace teravox

@@ -10,6 +10,7 @@ struct BrickView
   vec3 direction;
   vec3 slotOrigin; // first texel of the slot
   float scale;     // data value = scale * texel + offset
+  vec3 cellOrigin; // first cell of the slot
   float offsetHigh; // relative to the lower end of the transfer function's domain
 };
 
@@ -26,6 +27,7 @@ BrickView ViewBrick(Ray ray, int level, uvec3 brick, uint slot)
   view.direction = direction;
   uvec3 at = uvec3(slot % u_atlas.x, slot / u_atlas.x % u_atlas.y, slot / (u_atlas.x * u_atlas.y));
   view.slotOrigin = vec3(at * u_atlas.w);
+  view.cellOrigin = vec3(at * ((u_dimensions.w + CELL_EDGE - 1u) / CELL_EDGE));
 #if TERAVOX_SLOT_TABLE
   vec4 entry = b_slots[slot];
   precise float offset = (entry.x - u_transfer.x) + (entry.y - u_transfer.y);
@@ -94,7 +96,6 @@ Sample Classify(BrickView view, float texel)
   {
     s.x = -1.0;
     s.s = 0.0;
-    s.g = vec3(0.0);
   }
 #endif
   return s;
@@ -103,6 +104,29 @@ Sample Classify(BrickView view, float texel)
 Sample SampleAt(BrickView view, float t)
 {
   return Classify(view, FetchLinear(view, LocalPosition(view, t)));
+}
+
+struct Cell
+{
+  bool empty; // under the transfer function, filter support included
+  float end;  // depth at which the ray leaves it
+};
+
+// The cell of a brick at a depth. Counted on the far side where the depth lies on a face.
+Cell CellAt(BrickView view, Ray ray, float t)
+{
+  float cells = ceil(float(u_dimensions.w) / float(CELL_EDGE));
+  vec3 p = (view.base + t * view.direction - BORDER) * (1.0 / float(CELL_EDGE));
+  vec3 forward = vec3(ray.positive);
+  vec3 index = clamp(mix(ceil(p - 1.0e-4) - 1.0, floor(p + 1.0e-4), forward), 0.0, cells - 1.0);
+  vec3 exits =
+    ((index + forward) * float(CELL_EDGE) + BORDER - view.base) / view.direction;
+  vec2 range = texelFetch(u_cells, ivec3(view.cellOrigin + index), 0).rg * view.scale + view.offsetHigh;
+  Cell cell;
+  cell.end = min(exits.x, min(exits.y, exits.z));
+  cell.empty = u_switches.x != 0u &&
+    (range.x > range.y || IsEmptyBetween(range.x * u_transfer.z, range.y * u_transfer.z));
+  return cell;
 }
 
 // Central difference over +-1 voxel of the brick's level, in data units per two voxels.

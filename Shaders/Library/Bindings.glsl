@@ -34,7 +34,9 @@ layout(std140, binding = 0) uniform View
 };
 
 layout(binding = 0) uniform sampler3D u_atlasTexture;
-layout(binding = 1) uniform samplerBuffer u_transferTable;
+layout(binding = 1) uniform usamplerBuffer u_transferTable;
+layout(binding = 3) uniform usamplerBuffer u_occupied; // non-zero intervals before each node
+layout(binding = 4) uniform sampler3D u_cells; // least and largest texel of each cell
 layout(binding = 2) uniform sampler2D u_intervals; // two intervals of view depth per pixel
 
 layout(binding = 0, rgba32f) uniform coherent image2D u_colorState;    // premultiplied, transmittance

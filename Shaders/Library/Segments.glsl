@@ -12,23 +12,32 @@ struct State
   uint contributing;
 };
 
+// The nearer piece, then the farther one behind it.
 void Accumulate(inout State state, Piece near, Piece far, Light light)
 {
-  // near, then far behind it
-  precise float pass = exp(-near.depth);
-  precise vec3 emission = near.emission + pass * far.emission;
-  precise float opacity = 1.0 - pass * exp(-far.depth);
+  precise float behind = (1.0 - near.opacity) * far.opacity;
+  precise vec3 emission = near.color * near.opacity + far.color * behind;
+  precise float opacity = near.opacity + behind;
 #if TERAVOX_SHADE
   // As VTK, the lit colour is clamped before it is weighted with the opacity.
-  vec3 own = opacity > 0.0 ? emission / opacity : vec3(0.0);
+  precise vec3 own = emission / max(opacity, 1.0e-30);
   precise vec3 lit = clamp(own * light.diffuse + light.specular, 0.0, 1.0) * opacity;
   precise vec3 color = state.color + state.transmittance * lit;
 #else
   precise vec3 color = state.color + state.transmittance * emission;
 #endif
-  precise float transmittance = state.transmittance * (1.0 - opacity);
+  precise float transmittance = state.transmittance * ((1.0 - near.opacity) * (1.0 - far.opacity));
   state.color = color;
   state.transmittance = transmittance;
+}
+
+Piece NoPiece()
+{
+  Piece nothing;
+  nothing.depth = 0.0;
+  nothing.opacity = 0.0;
+  nothing.color = vec3(0.0);
+  return nothing;
 }
 
 // One segment of one value.
@@ -36,16 +45,13 @@ void IntegrateConstant(inout State state, Ray ray, float position, float t0, flo
 {
   Sample s = SampleTransfer(position);
   Piece piece = IntegratePiece(s, s, max(t1 - t0, 0.0) * ray.world);
-  Piece nothing;
-  nothing.depth = 0.0;
-  nothing.emission = vec3(0.0);
   Light light;
   light.diffuse = vec3(1.0);
   light.specular = vec3(0.0);
 #if TERAVOX_SHADE
   light = Shade(vec3(0.0), state.towardsLight);
 #endif
-  Accumulate(state, piece, nothing, light);
+  Accumulate(state, piece, NoPiece(), light);
   state.steps += 1u;
 #if TERAVOX_COUNT
   state.samples += 1u;
@@ -87,10 +93,7 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
     {
       Sample s = Classify(view, FetchNearest(view, voxel));
       Piece piece = IntegratePiece(s, s, (next - t) * ray.world);
-      Piece nothing;
-      nothing.depth = 0.0;
-      nothing.emission = vec3(0.0);
-      Accumulate(state, piece, nothing, LightAt(state, view, level, 0.5 * (t + next)));
+      Accumulate(state, piece, NoPiece(), LightAt(state, view, level, 0.5 * (t + next)));
 #if TERAVOX_COUNT
       state.samples += 1u;
       state.contributing += piece.depth > 0.0 ? 1u : 0u;
@@ -114,57 +117,108 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
 #else
 
 // Steps end at multiples of base * 2^-j from the eye, j chosen by the error of the last attempt: the
-// segment as one piece against two. What is kept is the better of the two, the result with two pieces.
+// segment as one piece against two; what is kept is the result with two. Cells that the transfer
+// function makes invisible are leapt over by whole base steps, which would have added exactly 0.
 void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float t0, float t1)
 {
   float base = u_step.x > 0.0 ? u_step.x / length(view.direction) : -u_step.x / ray.world;
   float refinement = 0.0;
   float t = t0;
   Sample s0 = SampleAt(view, t0);
+  bool known = true; // s0 belongs to t
 #if TERAVOX_COUNT
   state.samples += 1u;
 #endif
-  for (int i = 0; i < 24000; ++i)
+  for (int run = 0; run < 4096; ++run)
   {
     if (t >= t1 || state.transmittance <= u_step.z)
     {
       break;
     }
-    precise float h = base * exp2(-refinement);
-    // t is often a multiple itself, and t / h may be rounded to just below it.
-    precise float cut = floor(t / h);
-    precise float next = (cut + 1.0) * h;
-    next = next > t ? next : (cut + 2.0) * h;
-    next = next > t ? min(next, t1) : t1;
-    precise float middle = 0.5 * (t + next);
-    Sample sm = SampleAt(view, middle);
-    Sample s1 = SampleAt(view, next);
-    precise float length_ = (next - t) * ray.world;
-    Piece near = IntegratePiece(s0, sm, 0.5 * length_);
-    Piece far = IntegratePiece(sm, s1, 0.5 * length_);
-    Piece whole = IntegratePiece(s0, s1, length_);
-    float pass = exp(-near.depth);
-    vec3 emission = near.emission + pass * far.emission;
-    vec3 difference = abs(emission - whole.emission);
-    float opacity = abs(pass * exp(-far.depth) - exp(-whole.depth));
-    float error = state.transmittance * max(max(difference.x, difference.y), max(difference.z, opacity));
-    state.steps += 1u;
-#if TERAVOX_COUNT
-    state.samples += 2u;
-    state.contributing += near.depth + far.depth > 0.0 ? 2u : 0u;
-#endif
-    if (error > u_step.y && refinement < u_step.w)
+    // Leap: to the last multiple of the base step inside the run of empty cells.
+    float runEnd = t;
+    float cellEnd = t1;
+    for (int i = 0; i < 256; ++i)
     {
-      // The error falls with the square of the step.
-      float more = error > 16.0 * u_step.y ? 2.0 : 1.0;
-      refinement = min(refinement + more, u_step.w);
+      if (runEnd >= t1 || refinement != 0.0)
+      {
+        break;
+      }
+      Cell cell = CellAt(view, ray, runEnd);
+      cellEnd = cell.end;
+      if (!cell.empty || cell.end <= runEnd)
+      {
+        break;
+      }
+      runEnd = cell.end;
     }
-    else
+    precise float leap = runEnd >= t1 ? t1 : floor(runEnd / base) * base;
+    if (leap > t)
     {
-      Accumulate(state, near, far, LightAt(state, view, level, middle));
-      t = next;
-      s0 = s1;
-      refinement = error < 0.0625 * u_step.y ? max(refinement - 1.0, 0.0) : refinement;
+      t = leap;
+      known = false;
+    }
+    // At least one step, and not more than a cell, before the next look.
+    cellEnd = max(cellEnd, t + base);
+    if (!known && t < t1)
+    {
+      s0 = SampleAt(view, t);
+#if TERAVOX_COUNT
+      state.samples += 1u;
+#endif
+    }
+    known = true;
+    state.steps += 1u;
+    for (int i = 0; i < 4096; ++i)
+    {
+      if (t >= cellEnd || t >= t1 || state.transmittance <= u_step.z)
+      {
+        break;
+      }
+      precise float h = base * exp2(-refinement);
+      // t is often a multiple itself, and t / h may be rounded to just below it.
+      precise float cut = floor(t / h);
+      precise float next = (cut + 1.0) * h;
+      next = next > t ? next : (cut + 2.0) * h;
+      next = next > t ? min(next, t1) : t1;
+      precise float middle = 0.5 * (t + next);
+      Sample sm = SampleAt(view, middle);
+      Sample s1 = SampleAt(view, next);
+      precise float half_ = 0.5 * (next - t) * ray.world;
+      Piece near = IntegratePiece(s0, sm, half_);
+      Piece far = IntegratePiece(sm, s1, half_);
+      // The same segment as one piece: the integrals of the two parts add up.
+      precise float dx = s1.x - s0.x;
+      precise float ds = (s1.integralHigh - s0.integralHigh) + (s1.integralLow - s0.integralLow);
+      float whole = 2.0 * half_ * (abs(dx) >= 0.015625 ? ds / dx : 0.5 * (s0.s + s1.s));
+      float depth = near.depth + far.depth;
+#if TERAVOX_FLOAT_DATA
+      whole = s0.x < 0.0 || sm.x < 0.0 || s1.x < 0.0 ? depth : whole;
+#endif
+      float through = (1.0 - near.opacity) * (1.0 - far.opacity);
+      vec3 hue = abs(near.color - far.color);
+      float order = max(hue.x, max(hue.y, hue.z)) * (1.0 - through) * min(depth, 1.0) * 0.25;
+      float error = state.transmittance *
+        max(min(abs(depth - whole), 1.0) * max(through, 0.1 * (1.0 - through)), order);
+      state.steps += 1u;
+#if TERAVOX_COUNT
+      state.samples += 2u;
+      state.contributing += depth > 0.0 ? 2u : 0u;
+#endif
+      if (error > u_step.y && refinement < u_step.w)
+      {
+        // The error falls with the square of the step.
+        float more = error > 16.0 * u_step.y ? 2.0 : 1.0;
+        refinement = min(refinement + more, u_step.w);
+      }
+      else
+      {
+        Accumulate(state, near, far, LightAt(state, view, level, middle));
+        t = next;
+        s0 = s1;
+        refinement = error == 0.0 ? 0.0
+          : error < 0.0625 * u_step.y ? max(refinement - 1.0, 0.0) : refinement;
+      }
     }
   }
 }

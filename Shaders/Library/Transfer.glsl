@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// The transfer function as tables over nodes, linear in between: extinction s(x), emission
-// g(x) = c(x) s(x), and their integrals S, K over x as pairs of floats. Along a piece of a ray on
-// which the value is linear, the mean extinction is (S(b) - S(a)) / (b - a): nothing between the
-// ends is missed, however narrow (integral functions: Engel, Kraus, Ertl 2001, section 3.4; here with
-// attenuation and with a sum that doesn't cancel).
+// The transfer function as tables over nodes, linear in between: extinction s(x) and its integral S,
+// the integral K of the emission c(x) s(x), integrals as pairs of floats. Along a piece of a ray on
+// which the value is linear, the mean extinction is (S(b) - S(a)) / (b - a) and the mean colour
+// (K(b) - K(a)) / (S(b) - S(a)): nothing between the ends is missed, however narrow (integral
+// functions: Engel, Kraus, Ertl 2001, section 3.4; here with attenuation, and with differences that
+// don't cancel).
 //
-// Texels of node i: (S high, S low, s_i, s_i+1), (K high, number of non-zero intervals before i),
-// (K low, 0), (g_i, 0).
+// Words of node i: S high, S low, s_i, s_i+1; K high (3), red and green of the interval; K low (3),
+// blue of the interval (16 bits each).
 
 struct Sample
 {
@@ -15,7 +16,7 @@ struct Sample
   float s;
   float integralHigh;
   float integralLow;
-  vec3 g;
+  vec3 color;
   vec3 emissionHigh;
   vec3 emissionLow;
 };
@@ -34,22 +35,21 @@ Sample SampleTransfer(float position)
   int i = min(int(x), int(u_transfer.w) - 2);
   precise float f = x - float(i);
   int at = i * int(TRANSFER_TEXELS);
-  vec4 t0 = texelFetch(u_transferTable, at);
-  vec3 t1 = texelFetch(u_transferTable, at + 1).xyz;
-  vec3 t2 = texelFetch(u_transferTable, at + 2).xyz;
-  vec3 g0 = texelFetch(u_transferTable, at + 3).xyz;
-  vec3 g1 = texelFetch(u_transferTable, at + 7).xyz;
+  uvec4 t0 = texelFetch(u_transferTable, at);
+  uvec4 t1 = texelFetch(u_transferTable, at + 1);
+  uvec4 t2 = texelFetch(u_transferTable, at + 2);
+  vec4 a = uintBitsToFloat(t0);
+  r.color = vec3(float(t1.w & 0xffffu), float(t1.w >> 16u), float(t2.w)) * (1.0 / 65535.0);
   r.x = x;
-  precise float s = t0.z + f * (t0.w - t0.z);
-  precise float integral = t0.y + f * (t0.z + 0.5 * f * (t0.w - t0.z));
-  precise vec3 g = g0 + f * (g1 - g0);
-  precise vec3 emission = t2 + f * (g0 + 0.5 * f * (g1 - g0));
+  precise float s = a.z + f * (a.w - a.z);
+  precise float inside = f * (a.z + 0.5 * f * (a.w - a.z));
+  precise float low = a.y + inside;
+  precise vec3 emissionLow = uintBitsToFloat(t2.xyz) + inside * r.color;
   r.s = s;
-  r.integralHigh = t0.x;
-  r.integralLow = integral;
-  r.g = g;
-  r.emissionHigh = t1;
-  r.emissionLow = emission;
+  r.integralHigh = a.x;
+  r.integralLow = low;
+  r.emissionHigh = uintBitsToFloat(t1.xyz);
+  r.emissionLow = emissionLow;
   return r;
 }
 
@@ -62,8 +62,7 @@ bool IsEmptyBetween(float fromPosition, float toPosition)
   float to = clamp(toPosition + 0.001, 0.0, last);
   int a = min(int(floor(from)), int(last) - 1);
   int b = max(int(ceil(to)), a + 1);
-  return texelFetch(u_transferTable, a * int(TRANSFER_TEXELS) + 1).w ==
-    texelFetch(u_transferTable, b * int(TRANSFER_TEXELS) + 1).w;
+  return texelFetch(u_occupied, a).x == texelFetch(u_occupied, b).x;
 }
 
 // The same for a range of data values; a range without any value is empty.
@@ -75,36 +74,36 @@ bool IsEmpty(float low, float high)
 struct Piece
 {
   float depth;   // optical depth
-  vec3 emission; // what leaves the near end
+  float opacity; // 1 - exp(-depth)
+  vec3 color;    // mean, weighted with the extinction
 };
 
-// The integral over a piece with linear value, `length_` in world units.
+// 1 - exp(-depth), without cancellation.
+float OpacityOf(float depth)
+{
+  precise float small = depth * (1.0 - depth * (0.5 - depth * (0.16666667 - depth * 0.041666667)));
+  precise float large = 1.0 - exp(-depth);
+  return depth < 0.03 ? small : large;
+}
+
+// The integral over a piece with linear value, `length_` in units of dataset space.
 Piece IntegratePiece(Sample a, Sample b, float length_)
 {
   precise float dx = b.x - a.x;
   precise float ds = (b.integralHigh - a.integralHigh) + (b.integralLow - a.integralLow);
   precise vec3 dk = (b.emissionHigh - a.emissionHigh) + (b.emissionLow - a.emissionLow);
   bool wide = abs(dx) >= 0.015625;
-  float over = 1.0 / (wide ? dx : 1.0);
-  precise float s = wide ? ds * over : 0.5 * (a.s + b.s);
-  precise vec3 g = wide ? dk * over : 0.5 * (a.g + b.g);
+  precise float s = wide ? ds / dx : 0.5 * (a.s + b.s);
+  bool mean = wide && ds != 0.0;
+  precise vec3 color = mean ? clamp(dk / ds, 0.0, 1.0) : 0.5 * (a.color + b.color);
   s = max(s, 0.0);
-  g = max(g, vec3(0.0));
 #if TERAVOX_FLOAT_DATA
-  if (a.x < 0.0 || b.x < 0.0)
-  {
-    s = 0.0;
-    g = vec3(0.0);
-  }
+  s = a.x < 0.0 || b.x < 0.0 ? 0.0 : s;
 #endif
   Piece piece;
   precise float depth = s * length_;
-  // (1 - exp(-depth)) / depth, without cancellation.
-  precise float attenuation = depth < 0.03
-    ? 1.0 - depth * (0.5 - depth * (0.16666667 - depth * 0.041666667))
-    : (1.0 - exp(-depth)) / depth;
-  precise vec3 emission = g * (length_ * attenuation);
   piece.depth = depth;
-  piece.emission = emission;
+  piece.opacity = OpacityOf(depth);
+  piece.color = color;
   return piece;
 }

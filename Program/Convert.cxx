@@ -97,8 +97,11 @@ Status RunConvert(const ConvertOptions& options)
   if (!written)
   {
     const std::string reason = errors.First();
+    const bool named = reason.find(options.Input) != std::string::npos ||
+      reason.find(options.Output) != std::string::npos;
     return { StatusCode::InputOutput,
       reason.empty() ? fmt::format("{} can't be converted.", options.Input)
+        : named      ? reason
                      : fmt::format("{}: {}", options.Input, reason) };
   }
   if (!options.Quiet)

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <fmt/format.h>
 #include <mutex>
+#include <vtkLogger.h>
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
 #include <vtkSmartPointer.h>
@@ -22,10 +23,13 @@ public:
 
   void DisplayErrorText(const char* text) override
   {
+    const std::string sentence = teravox::ErrorText(text);
+    // The executive only says that an algorithm has failed; the algorithm has said or will say why.
+    const bool useful = sentence.find("returned failure for request") == std::string::npos;
     const std::lock_guard<std::mutex> lock(this->Mutex);
-    if (this->First.empty())
+    if (this->First.empty() && useful)
     {
-      this->First = teravox::ErrorText(text);
+      this->First = sentence;
     }
   }
   void DisplayWarningText(const char* text) override
@@ -69,11 +73,13 @@ ErrorCapture::ErrorCapture()
   : Self(std::make_unique<Window>())
 {
   vtkOutputWindow::SetInstance(this->Self->Own);
+  vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
 }
 
 ErrorCapture::~ErrorCapture()
 {
   vtkOutputWindow::SetInstance(this->Self->Before);
+  vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_INFO);
 }
 
 bool ErrorCapture::HasError() const

@@ -243,6 +243,12 @@ int main(int argc, char** argv)
     commands["plan"] = AddPlan(app);
     commands["render"] = AddRender(app);
     commands["bench"] = AddBench(app);
+    if (argc > 1 && argv[1][0] != '-' && commands.count(argv[1]) == 0)
+    {
+      fmt::print(stderr,
+        "teravox: '{}' is no command; there are bench, convert, info, plan and render.\n", argv[1]);
+      return WrongUsage;
+    }
     try
     {
       app.parse(argc, argv);

@@ -5,9 +5,11 @@
 #include "ErrorText.h"
 #include "VTKScalarType.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <exception>
+#include <limits>
 #include <memory>
 #include <utility>
 #include <vtkAlgorithm.h>
@@ -267,6 +269,32 @@ Result<vtkDataArray*> PipelineVoxelReader::FindArray(vtkImageData* image)
 
 Status PipelineVoxelReader::ReadBox(const Int3& start, const Int3& size, void* out)
 {
+  // Whole slices where one fits into a piece, else rows of one slice: both lie densely in `out`.
+  const std::uint64_t rowBytes = static_cast<std::uint64_t>(size[0]) * SizeOf(this->Volume.Type) *
+    static_cast<std::uint64_t>(this->Volume.Components);
+  const auto limit = this->Whole ? std::numeric_limits<std::int64_t>::max()
+                                 : static_cast<std::int64_t>(this->Settings.PieceLimit / rowBytes);
+  const std::int64_t rows = std::clamp<std::int64_t>(limit, 1, size[1]);
+  const std::int64_t slices = std::clamp<std::int64_t>(limit / size[1], 1, size[2]);
+  auto* to = static_cast<std::byte*>(out);
+  for (std::int64_t z = 0; z < size[2]; z += slices)
+  {
+    for (std::int64_t y = 0; y < size[1]; y += rows)
+    {
+      const Int3 piece{ size[0], std::min(rows, size[1] - y), std::min(slices, size[2] - z) };
+      const Status status = this->ReadPiece({ start[0], start[1] + y, start[2] + z }, piece, to);
+      if (!status.Ok())
+      {
+        return status;
+      }
+      to += rowBytes * static_cast<std::uint64_t>(piece[1] * piece[2]);
+    }
+  }
+  return {};
+}
+
+Status PipelineVoxelReader::ReadPiece(const Int3& start, const Int3& size, std::byte* out)
+{
   const int more = this->Volume.CellData ? 0 : 1;
   std::array<int, 6> extent{};
   for (std::size_t a = 0; a < 3; ++a)
@@ -307,7 +335,7 @@ Status PipelineVoxelReader::ReadBox(const Int3& start, const Int3& size, void* o
     SizeOf(this->Volume.Type) * static_cast<std::size_t>(this->Volume.Components);
   const auto rowBytes = static_cast<std::size_t>(size[0]) * voxelBytes;
   const auto* from = static_cast<const std::byte*>(array->GetVoidPointer(0));
-  auto* to = static_cast<std::byte*>(out);
+  std::byte* to = out;
   for (std::int64_t z = 0; z < size[2]; ++z)
   {
     for (std::int64_t y = 0; y < size[1]; ++y, to += rowBytes)

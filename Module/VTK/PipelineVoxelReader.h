@@ -6,6 +6,7 @@
 #include "VoxelReader.h"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -29,6 +30,8 @@ public:
     double FillValue = 0.0;
     /// An input of at most this many bytes is asked for as a whole.
     std::uint64_t WholeLimit = 0;
+    /// A larger one is asked for in pieces of about this many bytes.
+    std::uint64_t PieceLimit = std::uint64_t{ 64 } << 20;
   };
 
   /// Updates the pipeline: its whole extent, or the first voxel. `port` is the output port.
@@ -52,6 +55,7 @@ private:
   /// Updates the pipeline for an extent of points; the image then contains it.
   Result<vtkImageData*> UpdateExtent(const std::array<int, 6>& extent);
   Result<vtkDataArray*> FindArray(vtkImageData* image);
+  Status ReadPiece(const Int3& start, const Int3& size, std::byte* out);
 
   vtkSmartPointer<vtkAlgorithm> Producer;
   int Port;

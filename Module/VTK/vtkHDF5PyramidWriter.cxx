@@ -72,6 +72,7 @@ int vtkHDF5PyramidWriter::Write()
   input.ArrayName = this->ArrayName;
   input.FillValue = this->FillValue;
   input.WholeLimit = this->MemoryLimit / 2;
+  input.PieceLimit = this->MemoryLimit / 8;
   auto reader =
     teravox::PipelineVoxelReader::Make(connection->GetProducer(), connection->GetIndex(), input);
   if (!reader.Ok())
@@ -87,9 +88,9 @@ int vtkHDF5PyramidWriter::Write()
   options.CompressionLevel = this->CompressionLevel;
   options.Downsampling = this->Downsampling == MODE ? teravox::PyramidDownsampling::Mode
                                                     : teravox::PyramidDownsampling::Average;
-  // A box of a streaming input exists twice, here and in the writer.
-  options.MemoryLimit = reader.Value()->IsWhole() ? this->MemoryLimit - reader.Value()->HeldBytes()
-                                                  : this->MemoryLimit / 2;
+  const std::uint64_t held = reader.Value()->HeldBytes();
+  const std::uint64_t forInput = reader.Value()->IsWhole() ? held : input.PieceLimit;
+  options.MemoryLimit = this->MemoryLimit - forInput;
   options.Progress = [this](std::uint64_t done, std::uint64_t total)
   {
     this->BytesDone = done;
@@ -104,7 +105,11 @@ int vtkHDF5PyramidWriter::Write()
   {
     if (report.GetStatus().Code() != teravox::StatusCode::Cancelled)
     {
-      vtkErrorMacro(<< report.GetStatus().Message());
+      vtkErrorMacro(<< report.GetStatus().Message()
+                    << (report.GetStatus().Code() == teravox::StatusCode::ResourceExhausted &&
+                             forInput > 0
+                           ? " Beside that, the input takes " + std::to_string(forInput) + " bytes."
+                           : ""));
     }
     return 0;
   }

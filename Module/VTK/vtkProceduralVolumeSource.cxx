@@ -156,7 +156,7 @@ std::shared_ptr<teravox::BrickSource> vtkProceduralVolumeSource::MakeBrickSource
     formula.Output = { this->OutputRange[0], this->OutputRange[1] };
   }
   formula.BrickSize = this->BrickSize;
-  formula.Name = std::string("the formula ") + teravox::ToString(kind);
+  formula.Name = std::string("formula:") + teravox::ToString(kind);
   auto source = teravox::FormulaBrickSource::Make(formula);
   if (!source.Ok())
   {

@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace teravox::test
+{
+
+/// How the program ended. ExitCode is -1 if a signal ended it.
+struct Outcome
+{
+  int ExitCode = -1;
+  std::string Output;
+  std::string Error;
+};
+
+struct RunOptions
+{
+  std::optional<std::string> Display;   ///< DISPLAY; nothing: as it is
+  std::optional<std::string> GLVersion; ///< MESA_GL_VERSION_OVERRIDE
+  std::uint64_t FileSizeLimit = 0;      ///< of files that it writes, in bytes; 0: none
+  /// Sends SIGINT as soon as a file exists whose name begins with this one.
+  std::string InterruptWhenExists;
+};
+
+/// Runs the program `teravox` with these arguments and waits for its end.
+Outcome RunProgram(const std::vector<std::string>& arguments, const RunOptions& options = {});
+
+} // namespace teravox::test

@@ -49,8 +49,8 @@ bool HDF5Lock::TakeUnallocated() const
   {
     if (n == 0)
     {
-      *static_cast<bool*>(out) = error->maj_num == H5E_DATASET && error->min_num == H5E_CANTALLOC &&
-        error->desc != nullptr && std::strstr(error->desc, "not allocated") != nullptr;
+      *static_cast<bool*>(out) = error->maj_num == H5E_DATASET && error->desc != nullptr &&
+        std::strcmp(error->desc, "chunk storage is not allocated") == 0;
     }
     return 0;
   };

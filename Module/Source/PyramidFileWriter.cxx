@@ -93,11 +93,7 @@ PyramidFileWriter::~PyramidFileWriter()
   {
     return; // finished, or never begun
   }
-  // What HDF5 still wants to write must find room, or closing fails: empty the file first.
-  if (::truncate(this->Temporary.c_str(), 0) != 0)
-  {
-    // Then closing may fail, and the file is removed all the same.
-  }
+  this->Output.Discard = true;
   this->Close();
   ::unlink(this->Temporary.c_str());
 }
@@ -120,7 +116,14 @@ std::string PyramidFileWriter::DataGroup() const
 
 Status PyramidFileWriter::Failure(const std::string& what) const
 {
-  return { StatusCode::InputOutput, "Writing '" + this->Name + "' failed: " + what + "." };
+  // Where the system has refused a write, that is the cause of all that follows.
+  const std::string cause = this->Output.Error == 0 ? what : std::strerror(this->Output.Error);
+  return { StatusCode::InputOutput, "Writing '" + this->Name + "' failed: " + cause + "." };
+}
+
+Status PyramidFileWriter::Written() const
+{
+  return this->Output.Error == 0 ? Status() : this->Failure(std::strerror(this->Output.Error));
 }
 
 Result<std::unique_ptr<PyramidFileWriter>> PyramidFileWriter::Create(const std::string& fileName,
@@ -159,9 +162,7 @@ Result<std::unique_ptr<PyramidFileWriter>> PyramidFileWriter::Create(const std::
 Status PyramidFileWriter::Build()
 {
   const HDF5Lock lock;
-  const HDF5Handle access(H5Pcreate(H5P_FILE_ACCESS));
-  H5Pset_fapl_sec2(access.Get());
-  H5Pset_file_locking(access.Get(), false, true);
+  const HDF5Handle access = HDF5OutputDriver::MakeAccess(this->Output);
   this->File =
     HDF5Handle(H5Fcreate(this->Temporary.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.Get()));
   if (!this->File.Valid())
@@ -190,7 +191,7 @@ Status PyramidFileWriter::Build()
   {
     return this->Failure(lock.TakeError());
   }
-  return status.Ok() ? status : this->Failure(status.Message() + ": " + lock.TakeError());
+  return status.Ok() ? this->Written() : this->Failure(status.Message() + ": " + lock.TakeError());
 }
 
 Status PyramidFileWriter::BuildLevels(hid_t data)
@@ -281,6 +282,7 @@ Status PyramidFileWriter::MakeDataset(hid_t group, const std::string& name, cons
   const HDF5Handle creation(H5Pcreate(H5P_DATASET_CREATE));
   H5Pset_chunk(creation.Get(), rank, chunkExtent.data());
   H5Pset_fill_value(creation.Get(), HDF5MemoryType(type), fill);
+  H5Pset_obj_track_times(creation.Get(), false); // the same volume gives the same file
   herr_t filtered = 0;
   if (compression == PyramidCompression::Deflate)
   {
@@ -317,7 +319,7 @@ Status PyramidFileWriter::WriteChunk(
   {
     return this->Failure(lock.TakeError());
   }
-  return {};
+  return this->Written();
 }
 
 Status PyramidFileWriter::OpenCells(int level, std::int64_t edge)
@@ -388,7 +390,7 @@ Status PyramidFileWriter::TransferCells(
       return this->Failure(lock.TakeError());
     }
   }
-  return {};
+  return this->Written();
 }
 
 Status PyramidFileWriter::WriteCells(int level, std::int64_t edge, const PyramidCells& cells)
@@ -463,7 +465,7 @@ Status PyramidFileWriter::Close()
     ok = level.Reset() && ok;
   }
   ok = this->File.Reset() && ok;
-  return ok ? Status() : this->Failure(lock.TakeError());
+  return ok ? this->Written() : this->Failure(lock.TakeError());
 }
 
 Status PyramidFileWriter::Publish(std::uint64_t& size)

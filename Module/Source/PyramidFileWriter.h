@@ -4,6 +4,7 @@
 
 #include "ChunkEncoder.h"
 #include "HDF5Handle.h"
+#include "HDF5OutputDriver.h"
 #include "PyramidCells.h"
 #include "PyramidLayout.h"
 #include "PyramidWriter.h"
@@ -71,10 +72,13 @@ private:
   Status Publish(std::uint64_t& size);
   std::string DataGroup() const;
   Status Failure(const std::string& what) const;
+  /// The file so far: an error if the system has refused a write.
+  Status Written() const;
 
   std::string Name;
   std::string Temporary;
   Description Self;
+  HDF5OutputState Output; // before File: outlives it
   HDF5Handle File;
   std::vector<HDF5Handle> Levels;
   // The pair of datasets that was used last.

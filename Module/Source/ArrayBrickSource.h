@@ -50,6 +50,10 @@ class ArrayBrickSource : public BrickSource
 public:
   /// Errors: no data, dimensions or components out of range, strides that overlap.
   static Result<std::shared_ptr<ArrayBrickSource>> Make(const ArrayDescription& array);
+  ArrayBrickSource(const ArrayBrickSource&) = delete;
+  ArrayBrickSource& operator=(const ArrayBrickSource&) = delete;
+  ArrayBrickSource(ArrayBrickSource&&) = delete;
+  ArrayBrickSource& operator=(ArrayBrickSource&&) = delete;
   ~ArrayBrickSource() override;
 
   const VolumeInfo& Info() const override { return this->Info_; }

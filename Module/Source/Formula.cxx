@@ -313,8 +313,10 @@ private:
   int Depths(const Int3& factor) const
   {
     int depths = 0;
-    for (double hole = this->Smallest / 3; hole >= NarrowestHole * Edge(factor); hole /= 3)
+    double hole = this->Smallest / 3;
+    while (hole >= NarrowestHole * Edge(factor))
     {
+      hole /= 3;
       ++depths;
     }
     return depths;

@@ -43,6 +43,10 @@ public:
   /// Errors: no inner source, a pitch below the inner dimensions, 2^31 voxels or more along an
   /// axis, a background outside of the type.
   static Result<std::shared_ptr<RepeatBrickSource>> Make(const RepeatDescription& repeat);
+  RepeatBrickSource(const RepeatBrickSource&) = delete;
+  RepeatBrickSource& operator=(const RepeatBrickSource&) = delete;
+  RepeatBrickSource(RepeatBrickSource&&) = delete;
+  RepeatBrickSource& operator=(RepeatBrickSource&&) = delete;
   ~RepeatBrickSource() override;
 
   /// The inner dimensions rounded up to multiples, e.g. 301 x 370 x 316 to 320 x 384 x 320 for 64.

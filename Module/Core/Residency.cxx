@@ -172,7 +172,8 @@ void Residency::UnmapBlockTree(const BrickKey& block)
   ++this->BlockEvictions;
 }
 
-bool Residency::TakeBlockSlot(const BrickKey& wanted, const ViewOrder& order, std::uint32_t& slot)
+bool Residency::TakeBlockSlot(
+  const BrickKey& wanted, bool front, const ViewOrder& order, std::uint32_t& slot)
 {
   const std::uint32_t capacity = this->Table.BlockCapacity();
   if (this->Table.NumberOfBlocks() < capacity)
@@ -207,7 +208,9 @@ bool Residency::TakeBlockSlot(const BrickKey& wanted, const ViewOrder& order, st
       bestRank = rank;
     }
   }
-  if (best == capacity || (!bestIdle && bestRank <= wantedRank && wantedRank != this->Front))
+  // The block that the front waits for takes any place: with the smallest pool all blocks may have
+  // been used by the last pass and lie nearer to the eye.
+  if (best == capacity || (!front && !bestIdle && bestRank <= wantedRank))
   {
     return false;
   }
@@ -270,7 +273,8 @@ void Residency::MakeRoomForFront(const FramePlan& plan, const ViewOrder& order)
   const BrickKey& front = plan.Requests.front().Key;
   const Rank frontRank =
     front.PageLevel == 0 ? this->RankOf(front, order) : this->NearestRank(front, order);
-  if (farthestRank > frontRank)
+  // Ties as in the order of the wishes: of two bricks of one rank the later one gives way.
+  if (farthestRank > frontRank || (farthestRank == frontRank && front < farthest->first))
   {
     this->Arrived.erase(farthest);
   }
@@ -368,11 +372,14 @@ FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> fini
       chain.push_back(block);
     }
     bool mapped = true;
+    bool fresh = false;
     for (auto key = chain.rbegin(); key != chain.rend(); ++key)
     {
       if (this->Table.HasBlock(*key))
       {
         this->ProtectedBlocks.insert(*key);
+        const BlockSlot& present = this->BlockSlots[this->Table.BlockSlot(*key)];
+        fresh = fresh || present.MappedIn == this->StepNumber;
         continue;
       }
       const auto arrived = this->ArrivedBlocks.find(*key);
@@ -383,7 +390,7 @@ FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> fini
         continue;
       }
       std::uint32_t slot = 0;
-      if (!mapped || !this->TakeBlockSlot(*key, order, slot))
+      if (!mapped || !this->TakeBlockSlot(*key, wish.Order <= this->Front, order, slot))
       {
         mapped = false;
         continue;
@@ -392,8 +399,10 @@ FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> fini
       this->BlockSlots[slot] = { this->StepNumber, this->StepNumber };
       this->ProtectedBlocks.insert(*key);
       this->ArrivedBlocks.erase(arrived);
+      fresh = true;
     }
-    if (!mapped)
+    // Behind a new block lies perhaps nothing: the next pass tells which of its bricks are needed.
+    if (!mapped || fresh)
     {
       ++this->Missing;
       continue;

@@ -106,7 +106,8 @@ private:
   Rank RankOf(const BrickKey& brick, const ViewOrder& order) const;
   Rank NearestRank(const BrickKey& block, const ViewOrder& order) const;
   bool TakeSlot(Rank rank, const ViewOrder& order, std::uint32_t& slot);
-  bool TakeBlockSlot(const BrickKey& wanted, const ViewOrder& order, std::uint32_t& slot);
+  bool TakeBlockSlot(
+    const BrickKey& wanted, bool front, const ViewOrder& order, std::uint32_t& slot);
   void UnmapBlockTree(const BrickKey& block);
   void MakeRoomForFront(const FramePlan& plan, const ViewOrder& order);
   void Accept(std::vector<LoadResult> finished, FramePlan& plan);

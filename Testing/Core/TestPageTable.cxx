@@ -256,6 +256,8 @@ public:
 
   PageTable Table;
   NaiveTable Model;
+  std::size_t MostBlocks = 0;
+  std::size_t BricksMapped = 0;
 
 private:
   std::vector<ValueRange> DirectoryRanges(int level) const
@@ -313,6 +315,7 @@ private:
       ASSERT_EQ(*missing, expected);
       Table.MapBlock(expected, *slot, RangesOf(Model.Layout, expected));
       Model.Blocks[expected] = *slot;
+      this->MostBlocks = std::max(this->MostBlocks, Model.Blocks.size());
       this->Allowed.insert(*slot);
       this->Allow(expected);
     }
@@ -339,6 +342,7 @@ private:
       this->Allow(brick);
       Table.MapBrick(brick, slot);
       Model.Bricks[brick] = slot;
+      ++this->BricksMapped;
       Model.Failed.erase(brick);
     }
   }
@@ -478,7 +482,8 @@ TEST_P(PageTableWalk, EqualsANaiveModelAfterEachOfTenThousandSteps)
         walk.CompareAll();
       }
     }
-    EXPECT_GT(walk.Model.Bricks.size() + walk.Model.Failed.size() + walk.Model.Blocks.size(), 0u);
+    EXPECT_GT(walk.MostBlocks, 0u);
+    EXPECT_GT(walk.BricksMapped, 0u);
   }
 }
 

@@ -15,12 +15,22 @@
 namespace teravox::program
 {
 
+/// A volume on the command line: a file, or "formula:NAME"; perhaps repeated.
+struct VolumeOptions
+{
+  std::string Name;
+  std::string Dataset;
+  Int3 Dimensions{ 256, 256, 256 }; ///< of a formula
+  std::string Type = "u8";          ///< of a formula
+  Int3 Repeat{ 1, 1, 1 };
+  Int3 Pitch{ 0, 0, 0 }; ///< voxels from copy to copy; 0: the size of the volume
+};
+
 struct ConvertOptions
 {
-  std::string Input;
+  VolumeOptions Input; ///< any image file, or a formula; not repeated
   std::string Output;
-  std::string Dataset; ///< of an HDF5 input
-  std::string Array;   ///< of an input with several; empty: its active scalars
+  std::string Array; ///< of an input with several; empty: its active scalars
   std::string Compression = "lz4";
   std::string Downsampling = "average";
   int CompressionLevel = 0;
@@ -50,17 +60,6 @@ struct PlanOptions
   bool Json = false;
 };
 Status RunPlan(const PlanOptions& options);
-
-/// A volume on the command line: a file, or "formula:NAME"; perhaps repeated.
-struct VolumeOptions
-{
-  std::string Name;
-  std::string Dataset;
-  Int3 Dimensions{ 256, 256, 256 }; ///< of a formula
-  std::string Type = "u8";          ///< of a formula
-  Int3 Repeat{ 1, 1, 1 };
-  Int3 Pitch{ 0, 0, 0 }; ///< voxels from copy to copy; 0: the size of the volume
-};
 
 struct CameraOptions
 {

@@ -6,6 +6,7 @@
 #include "ImageInput.h"
 #include "Interrupt.h"
 #include "ProgressBar.h"
+#include "VolumeInput.h"
 #include "vtkHDF5PyramidWriter.h"
 
 #include <algorithm>
@@ -58,18 +59,35 @@ void Configure(vtkHDF5PyramidWriter* writer, const ConvertOptions& options)
   writer->SetFillValue(options.FillValue);
 }
 
+/// An image file, or a formula at its finest level.
+Result<vtkSmartPointer<vtkAlgorithm>> OpenInput(const VolumeOptions& options)
+{
+  if (!IsFormula(options.Name))
+  {
+    return OpenImage(options.Name, options.Dataset);
+  }
+  auto formula = OpenVolume(options);
+  if (!formula.Ok())
+  {
+    return formula.GetStatus();
+  }
+  formula.Value().Last->SetLevel(0);
+  return vtkSmartPointer<vtkAlgorithm>(formula.Value().Last.GetPointer());
+}
+
 } // namespace
 
 Status RunConvert(const ConvertOptions& options)
 {
   std::error_code error;
-  if (std::filesystem::equivalent(options.Input, options.Output, error))
+  const std::string& name = options.Input.Name;
+  if (std::filesystem::equivalent(name, options.Output, error))
   {
     return { StatusCode::InvalidArgument,
-      fmt::format("{} is the input as well as the output.", options.Input) };
+      fmt::format("{} is the input as well as the output.", name) };
   }
   ErrorCapture errors;
-  auto input = OpenImage(options.Input, options.Dataset);
+  auto input = OpenInput(options.Input);
   if (!input.Ok())
   {
     return input.GetStatus();
@@ -97,12 +115,12 @@ Status RunConvert(const ConvertOptions& options)
   if (!written)
   {
     const std::string reason = errors.First();
-    const bool named = reason.find(options.Input) != std::string::npos ||
-      reason.find(options.Output) != std::string::npos;
+    const bool named =
+      reason.find(name) != std::string::npos || reason.find(options.Output) != std::string::npos;
     return { StatusCode::InputOutput,
-      reason.empty() ? fmt::format("{} can't be converted.", options.Input)
+      reason.empty() ? fmt::format("{} can't be converted.", name)
         : named      ? reason
-                     : fmt::format("{}: {}", options.Input, reason) };
+                     : fmt::format("{}: {}", name, reason) };
   }
   if (!options.Quiet)
   {

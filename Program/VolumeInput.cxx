@@ -18,6 +18,8 @@ namespace teravox::program
 namespace
 {
 
+constexpr const char* FormulaPrefix = "formula:";
+
 using Opened = Result<vtkSmartPointer<vtkBrickSourceAlgorithm>>;
 
 Opened OpenFormula(const VolumeOptions& options, const std::string& name)
@@ -67,12 +69,16 @@ std::optional<ScalarType> ScalarTypeFromName(const std::string& name)
   return found == AllScalarTypes.end() ? std::nullopt : std::optional<ScalarType>(*found);
 }
 
+bool IsFormula(const std::string& name)
+{
+  return name.rfind(FormulaPrefix, 0) == 0;
+}
+
 Result<VolumePipeline> OpenVolume(const VolumeOptions& options)
 {
-  const std::string prefix = "formula:";
-  const bool formula = options.Name.compare(0, prefix.size(), prefix) == 0;
-  const Opened base =
-    formula ? OpenFormula(options, options.Name.substr(prefix.size())) : OpenFile(options);
+  const Opened base = IsFormula(options.Name)
+    ? OpenFormula(options, options.Name.substr(std::string(FormulaPrefix).size()))
+    : OpenFile(options);
   if (!base.Ok())
   {
     return base.GetStatus();

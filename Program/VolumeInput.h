@@ -24,6 +24,9 @@ struct VolumePipeline
 /// shows when the pipeline is updated.
 Result<VolumePipeline> OpenVolume(const VolumeOptions& options);
 
+/// Does the name of a volume mean a formula, not a file?
+bool IsFormula(const std::string& name);
+
 /// The type of a name such as "u16".
 std::optional<ScalarType> ScalarTypeFromName(const std::string& name);
 

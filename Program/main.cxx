@@ -56,7 +56,9 @@ Run AddConvert(CLI::App& app)
   auto options = std::make_shared<ConvertOptions>();
   CLI::App* command =
     app.add_subcommand("convert", "Write a volume as an HDF5 pyramid, in bounded memory");
-  command->add_option("input", options->Input, "NIfTI, MetaImage, NRRD, VTK, TIFF or HDF5 file")
+  command
+    ->add_option("input", options->Input.Name,
+      "NIfTI, MetaImage, NRRD, VTK, TIFF or HDF5 file, or formula:NAME")
     ->required()
     ->type_name("IN");
   command->add_option("output", options->Output, "HDF5 file to write")
@@ -77,7 +79,10 @@ Run AddConvert(CLI::App& app)
     ->check(CLI::IsMember({ "average", "mode" }));
   command->add_option("--fill", options->FillValue, "Value that needn't be stored; default 0");
   command->add_option("--array", options->Array, "Array of the input; default its active scalars");
-  command->add_option("--dataset", options->Dataset, "Dataset of an HDF5 input");
+  command->add_option("--dataset", options->Input.Dataset, "Dataset of an HDF5 input");
+  command->add_option(
+    "--dimensions", options->Input.Dimensions, "Voxels of a formula; default 256 256 256");
+  command->add_option("--type", options->Input.Type, "Scalar type of a formula; default u8");
   command->add_flag("--quiet", options->Quiet, "Print errors only");
   return [options] { return RunConvert(*options); };
 }

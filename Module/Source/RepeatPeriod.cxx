@@ -17,8 +17,6 @@ namespace
 {
 constexpr std::int64_t CubeEdge = 32;
 constexpr std::uint32_t CubeVolume = 1;
-/// Whole levels kept at once, over all time steps.
-constexpr std::size_t KeptLevels = 64;
 
 RepeatPeriod::Target Offset(
   const RepeatPeriod::Target& target, const Int3& by, std::int64_t voxelBytes)
@@ -74,8 +72,10 @@ RepeatPeriod::RepeatPeriod(std::shared_ptr<BrickSource> inner, const VolumeInfo&
   : Inner_(std::move(inner))
   , Outer(outer)
   , Background(background)
-  , Cache(budget)
+  , Cache(0)
+  , Budget(0)
 {
+  this->SetMemoryBudget(budget);
   const VolumeInfo& in = this->Inner_->Info();
   const PyramidLayout& layout = outer.Layout;
   this->BackgroundVoxel.resize(static_cast<std::size_t>(this->VoxelBytes()));
@@ -127,8 +127,19 @@ std::int64_t RepeatPeriod::VoxelBytes() const
 
 std::uint64_t RepeatPeriod::MemoryUsed() const
 {
-  const std::lock_guard<std::mutex> lock(this->WholeMutex);
-  return this->Cache.GetCounters().BytesUsed + this->WholeBytes;
+  std::uint64_t bytes = this->Cache.GetCounters().BytesUsed;
+  {
+    const std::lock_guard<std::mutex> lock(this->WholeMutex);
+    bytes += this->WholeBytes;
+  }
+  const std::lock_guard<std::mutex> lock(this->RangesMutex);
+  return bytes + this->RangesBytes;
+}
+
+void RepeatPeriod::SetMemoryBudget(std::uint64_t bytes)
+{
+  this->Budget = bytes;
+  this->Cache.SetBudget(bytes / 8 * 5);
 }
 
 RepeatPeriod::Window RepeatPeriod::MakeWindow(const Axis& axis, std::int64_t low, std::int64_t high)
@@ -491,12 +502,13 @@ Result<std::shared_ptr<const RepeatPeriod::WholeLevel>> RepeatPeriod::RequireWho
   }
   whole->Ranges = CellRanges(dims, this->ScanOf(whole->Voxels, dims));
   const std::lock_guard<std::mutex> wholeLock(this->WholeMutex);
-  if (this->WholeLevels.size() >= KeptLevels)
+  const std::uint64_t bytes = whole->Voxels.size() + whole->Ranges.MemoryUsed();
+  if (this->WholeBytes + bytes > this->Budget / 4)
   {
     this->WholeLevels.clear();
     this->WholeBytes = 0;
   }
-  this->WholeBytes += whole->Voxels.size() + whole->Ranges.MemoryUsed();
+  this->WholeBytes += bytes;
   this->WholeLevels[{ level, time }] = whole;
   return std::shared_ptr<const WholeLevel>(std::move(whole));
 }

@@ -48,7 +48,9 @@ public:
 
   const std::shared_ptr<BrickSource>& Inner() const { return this->Inner_; }
   std::uint64_t MemoryUsed() const;
-  void SetMemoryBudget(std::uint64_t bytes) { this->Cache.SetBudget(bytes); }
+  /// Five eighths for bricks and cubes, a quarter for whole levels, of which the last one always
+  /// stays, an eighth for ranges. No budget changes a voxel or a range.
+  void SetMemoryBudget(std::uint64_t bytes);
 
 private:
   /// One axis of one level.
@@ -131,8 +133,10 @@ private:
   mutable std::mutex WholeMutex;
   std::map<std::pair<int, std::uint32_t>, std::shared_ptr<const WholeLevel>> WholeLevels;
   std::uint64_t WholeBytes = 0;
-  std::mutex RangesMutex;
+  mutable std::mutex RangesMutex;
   std::map<BrickKey, std::vector<ValueRange>> InnerRanges; // whole page levels
+  std::uint64_t RangesBytes = 0;
+  std::atomic<std::uint64_t> Budget;
 };
 
 } // namespace teravox

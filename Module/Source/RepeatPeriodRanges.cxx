@@ -13,8 +13,6 @@ namespace
 {
 /// A page level of the inner source with at most so many ranges is read once and kept.
 constexpr std::int64_t KeptRanges = 32768;
-/// Page levels kept at once, over all levels and time steps.
-constexpr std::size_t KeptPageLevels = 64;
 /// A box is described by at most so many ranges of the inner source.
 constexpr std::int64_t RangesPerBox = 64;
 } // namespace
@@ -172,6 +170,12 @@ Result<std::vector<ValueRange>> RepeatPeriod::RequireInnerRanges(
   {
     return this->Inner_->ReadRanges(first, count);
   }
+  const std::uint64_t bytes =
+    static_cast<std::uint64_t>(pages[0] * pages[1] * pages[2]) * sizeof(ValueRange);
+  if (bytes > this->Budget / 8)
+  {
+    return this->Inner_->ReadRanges(first, count);
+  }
   BrickKey all = first;
   all.X = all.Y = all.Z = 0;
   const std::lock_guard<std::mutex> lock(this->RangesMutex);
@@ -183,10 +187,12 @@ Result<std::vector<ValueRange>> RepeatPeriod::RequireInnerRanges(
     {
       return ranges;
     }
-    if (this->InnerRanges.size() >= KeptPageLevels)
+    if (this->RangesBytes + bytes > this->Budget / 8)
     {
       this->InnerRanges.clear();
+      this->RangesBytes = 0;
     }
+    this->RangesBytes += bytes;
     known = this->InnerRanges.emplace(all, std::move(ranges.Value())).first;
   }
   std::vector<ValueRange> ranges;

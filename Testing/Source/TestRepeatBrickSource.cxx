@@ -269,6 +269,35 @@ TEST(RepeatBrickSource, TheLargestVolume)
   EXPECT_LT(source->MemoryUsed(), 8u << 20);
 }
 
+// What is skipped must not depend on memory: the picture would.
+TEST(RepeatBrickSource, NoBudgetChangesARange)
+{
+  const auto volume = test::RandomVolume<std::uint16_t>({ 45, 41, 30 }, 1, 37);
+  RepeatDescription repeat;
+  repeat.Inner = SourceOf(volume, 8);
+  repeat.Pitch = { 48, 47, 32 };
+  repeat.Repetitions = { 5, 4, 3 };
+  repeat.WholeLevelLimit = 20000;
+  const auto rich = RepeatBrickSource::Make(repeat).Value();
+  repeat.MemoryBudget = 0;
+  const auto poor = RepeatBrickSource::Make(repeat).Value();
+  const PyramidLayout& layout = rich->Info().Layout;
+  for (int l = layout.NumberOfLevels() - 1; l >= 0; --l)
+  {
+    for (int page = 0; page <= layout.PageDepth(); ++page)
+    {
+      BrickKey key;
+      key.Level = static_cast<std::uint8_t>(l);
+      key.PageLevel = static_cast<std::uint8_t>(page);
+      const Int3 pages = layout.Pages(l, page);
+      const Int3 count{ std::min<std::int64_t>(pages[0], 9), std::min<std::int64_t>(pages[1], 9),
+        std::min<std::int64_t>(pages[2], 9) };
+      EXPECT_EQ(rich->ReadRanges(key, count).Value(), poor->ReadRanges(key, count).Value());
+    }
+  }
+  EXPECT_GT(rich->MemoryUsed(), poor->MemoryUsed());
+}
+
 TEST(RepeatBrickSource, RangeAndHistogramCountTheBackground)
 {
   class Known : public test::FaultyBrickSource

@@ -1,0 +1,434 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "TransferTable.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <gtest/gtest.h>
+#include <random>
+#include <vector>
+
+namespace teravox
+{
+
+namespace
+{
+using Curve = std::function<double(double)>;
+
+void White(double, double* rgb)
+{
+  rgb[0] = rgb[1] = rgb[2] = 1;
+}
+
+float AsFloat(std::uint32_t bits)
+{
+  float value = 0;
+  std::memcpy(&value, &bits, sizeof(value));
+  return value;
+}
+
+// A table as the marcher reads it; the only place here that knows its words.
+class View
+{
+public:
+  explicit View(const TransferTable& table)
+    : Table(table)
+  {
+  }
+
+  int Nodes() const { return this->Table.Nodes; }
+  double ValueAt(int node) const { return this->Table.Low + node / this->Table.NodesPerUnit; }
+  float S(int node) const { return AsFloat(this->Word(node, 2)); }
+  float NextS(int node) const { return AsFloat(this->Word(node, 3)); }
+  std::uint32_t Occupied(int node) const
+  {
+    return this->Table.Occupied[static_cast<std::size_t>(node)];
+  }
+  // Differences of integrals over nodes, in floats and in the order of the shader.
+  float Between(int from, int to) const { return this->Difference(from, to, 0, 1); }
+  float EmissionBetween(int from, int to, int channel) const
+  {
+    return this->Difference(from, to, 4 + channel, 8 + channel);
+  }
+  // The same in units of data values.
+  double Integral(int from, int to) const
+  {
+    return static_cast<double>(this->Between(from, to)) / this->Table.NodesPerUnit;
+  }
+  double ColorOf(int interval, int channel) const
+  {
+    const std::uint32_t packed =
+      channel < 2 ? this->Word(interval, 7) >> (16 * channel) : this->Word(interval, 11);
+    return (packed & 0xffffu) / 65535.0;
+  }
+
+private:
+  std::uint32_t Word(int node, int word) const
+  {
+    return this->Table.Texels[static_cast<std::size_t>(node) * 12 + static_cast<std::size_t>(word)];
+  }
+  float Difference(int from, int to, int high, int low) const
+  {
+    const float ofHigh = AsFloat(this->Word(to, high)) - AsFloat(this->Word(from, high));
+    const float ofLow = AsFloat(this->Word(to, low)) - AsFloat(this->Word(from, low));
+    return ofHigh + ofLow;
+  }
+
+  const TransferTable& Table;
+};
+
+// A function that is given by its extinction, per world length.
+TransferFunction FromExtinction(Curve extinction, std::vector<double> knots, double unit = 1)
+{
+  TransferFunction function;
+  function.Opacity = [extinction, unit](double v) { return -std::expm1(-extinction(v) * unit); };
+  function.Color = White;
+  function.Knots = std::move(knots);
+  function.UnitDistance = unit;
+  return function;
+}
+
+double Piecewise(const std::vector<double>& knots, const std::vector<double>& values, double v)
+{
+  const auto above = std::upper_bound(knots.begin(), knots.end(), v);
+  if (above == knots.begin())
+  {
+    return values.front();
+  }
+  if (above == knots.end())
+  {
+    return values.back();
+  }
+  const auto i = static_cast<std::size_t>(above - knots.begin());
+  const double f = (v - knots[i - 1]) / (knots[i] - knots[i - 1]);
+  return values[i - 1] + f * (values[i] - values[i - 1]);
+}
+
+// Many small steps of the midpoint rule: shares nothing with the table.
+double Quadrature(const Curve& f, double from, double to, int steps = 200000)
+{
+  double sum = 0;
+  const double h = (to - from) / steps;
+  for (int i = 0; i < steps; ++i)
+  {
+    sum += f(from + (i + 0.5) * h);
+  }
+  return sum * h;
+}
+
+// Closed form of the integral against the table, over random spans of nodes.
+void CompareIntegrals(const TransferTable& table, const Curve& antiderivative, double relative)
+{
+  const View view(table);
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 2000; ++i)
+  {
+    int a = static_cast<int>(random() % view.Nodes());
+    int b = static_cast<int>(random() % view.Nodes());
+    if (a > b)
+    {
+      std::swap(a, b);
+    }
+    const double exact = antiderivative(view.ValueAt(b)) - antiderivative(view.ValueAt(a));
+    ASSERT_NEAR(view.Integral(a, b), exact, relative * exact + 1e-300)
+      << "nodes " << a << " to " << b;
+  }
+}
+} // namespace
+
+TEST(TransferTable, ConstantExtinction)
+{
+  const auto function = FromExtinction([](double) { return 0.7; }, { 0, 10 });
+  const TransferTable table = BuildTransferTable(function, { 0, 10 }, false, 1e-3);
+  EXPECT_EQ(table.Low, 0);
+  EXPECT_EQ(table.High, 10);
+  CompareIntegrals(
+    table, [](double v) { return 0.7 * v; }, 1e-6);
+}
+
+TEST(TransferTable, LinearExtinction)
+{
+  for (const double unit : { 1.0, 0.01, 50.0 })
+  {
+    const auto function =
+      FromExtinction([](double v) { return 0.05 + 0.01 * v; }, { -3, 17 }, unit);
+    const TransferTable table = BuildTransferTable(function, { -3, 17 }, false, 1e-3);
+    CompareIntegrals(
+      table, [](double v) { return 0.05 * v + 0.005 * v * v; }, 2e-6);
+  }
+}
+
+TEST(TransferTable, Box)
+{
+  const auto inside = [](double v) { return v >= 300 && v <= 400 ? 2.5 : 0.0; };
+  const TransferTable table = BuildTransferTable(
+    FromExtinction(inside, { 0, 300, 300, 400, 400, 1000 }), { 0, 1000 }, false, 1e-3);
+  const View view(table);
+  const double interval = 1 / table.NodesPerUnit;
+  // A jump is spread over one interval at each side.
+  EXPECT_NEAR(view.Integral(0, view.Nodes() - 1), 250, 2.5 * interval);
+  const auto node = [&](double v)
+  { return static_cast<int>(std::lround((v - table.Low) * table.NodesPerUnit)); };
+  EXPECT_EQ(view.Between(0, node(300 - interval * 2)), 0.0f);
+  EXPECT_EQ(view.Between(node(400 + interval * 2), view.Nodes() - 1), 0.0f);
+  EXPECT_NEAR(view.Integral(node(310), node(390)), 2.5 * 80, 2.5 * interval);
+}
+
+TEST(TransferTable, ANarrowPeakIsNotMissed)
+{
+  // 1/4096 of the range, anywhere.
+  for (const double centre : { 0.1234567, 0.5, 0.77777 })
+  {
+    constexpr double half = 0.5 / 4096;
+    const auto peak = [centre](double v)
+    { return 3 * std::max(0.0, 1 - std::abs(v - centre) / half); };
+    const TransferTable table = BuildTransferTable(
+      FromExtinction(peak, { 0, centre - half, centre, centre + half, 1 }), { 0, 1 }, false, 1e-3);
+    const View view(table);
+    EXPECT_NEAR(view.Integral(0, view.Nodes() - 1), 3 * half, 0.02 * 3 * half) << centre;
+  }
+}
+
+TEST(TransferTable, ManyKnots)
+{
+  std::mt19937_64 random(77);
+  std::vector<double> knots;
+  std::vector<double> values;
+  for (int i = 0; i <= 300; ++i)
+  {
+    knots.push_back(i + (i % 300 == 0 ? 0 : 0.3 * static_cast<double>(random() % 1000) / 1000));
+    values.push_back(random() % 3 == 0 ? 0 : static_cast<double>(random() % 1000) / 1200);
+  }
+  TransferFunction function;
+  function.Opacity = [&](double v) { return Piecewise(knots, values, v); };
+  function.Color = White;
+  function.Knots = knots;
+  const TransferTable table = BuildTransferTable(function, { 0, 300 }, false, 1e-3);
+  const View view(table);
+  const auto extinction = [&](double v) { return -std::log1p(-function.Opacity(v)); };
+  for (int i = 0; i < 20; ++i)
+  {
+    const int a = static_cast<int>(random() % view.Nodes());
+    const int b = static_cast<int>(random() % view.Nodes());
+    const double exact =
+      Quadrature(extinction, view.ValueAt(std::min(a, b)), view.ValueAt(std::max(a, b)));
+    EXPECT_NEAR(view.Integral(std::min(a, b), std::max(a, b)), exact, 1e-3 * exact + 1e-3);
+  }
+}
+
+TEST(TransferTable, WallsLetNothingPassInTheSmallestStep)
+{
+  for (const double smallestStep : { 1e-6, 1e-3, 10.0 })
+  {
+    TransferFunction function;
+    function.Opacity = [](double v) { return v >= 128 ? 1.0 : 0.25; };
+    function.Color = White;
+    function.Knots = { 0, 128, 128, 255 };
+    function.UnitDistance = 2;
+    const TransferTable table = BuildTransferTable(function, { 0, 255 }, true, smallestStep);
+    const View view(table);
+    EXPECT_LT(std::exp(-table.WallExtinction * smallestStep), 1e-16);
+    for (int i = 0; i < view.Nodes(); ++i)
+    {
+      const double expected = view.ValueAt(i) >= 128
+        ? table.WallExtinction
+        : std::min(-std::log1p(-0.25) / 2, table.WallExtinction);
+      ASSERT_NEAR(static_cast<double>(view.S(i)), expected, 1e-6 * expected);
+      ASSERT_EQ(view.NextS(i), view.S(std::min(i + 1, view.Nodes() - 1)));
+    }
+  }
+}
+
+TEST(TransferTable, TheDomainIsWhereDataAndFunctionMeet)
+{
+  const auto ramp = [](double v) { return 0.001 * std::clamp(v, 0.0, 1000.0); };
+  const auto build = [&](const ValueRange& data) {
+    return BuildTransferTable(FromExtinction(ramp, { 0, 1000 }), data, false, 1e-3);
+  };
+  const TransferTable part = build({ 200, 300 });
+  EXPECT_EQ(part.Low, 200);
+  EXPECT_EQ(part.High, 300);
+  CompareIntegrals(
+    part, [](double v) { return 0.0005 * v * v; }, 2e-6);
+  const TransferTable wide = build({ -1e6, 1e6 });
+  EXPECT_EQ(wide.Low, 0);
+  EXPECT_EQ(wide.High, 1000);
+  const TransferTable unknown = build(ValueRange::Unknown());
+  EXPECT_EQ(unknown.Low, 0);
+  EXPECT_EQ(unknown.High, 1000);
+  // Beyond the function's end it is constant; all values meet that constant.
+  for (const ValueRange& data : { ValueRange{ 2000, 3000 }, ValueRange{ -50, -20 },
+         ValueRange{ 1e30, 2e30 }, ValueRange{ -2e30, -1e30 } })
+  {
+    const TransferTable outside = build(data);
+    const View view(outside);
+    ASSERT_GE(view.Nodes(), 2);
+    ASSERT_LT(outside.Low, outside.High);
+    for (int i = 0; i < view.Nodes(); ++i)
+    {
+      ASSERT_NEAR(static_cast<double>(view.S(i)), data.Min > 0 ? 1.0 : 0.0, 1e-6);
+    }
+  }
+  // One value, no knots, nothing known.
+  for (const bool known : { false, true })
+  {
+    const TransferTable constant =
+      BuildTransferTable(FromExtinction([](double) { return 0.5; }, {}),
+        known ? ValueRange{ 7, 7 } : ValueRange::Unknown(), false, 1e-3);
+    EXPECT_TRUE(std::isfinite(constant.NodesPerUnit));
+    CompareIntegrals(
+      constant, [](double v) { return 0.5 * v; }, 1e-5);
+  }
+  const TransferTable nothing = build(ValueRange::Void());
+  EXPECT_LT(nothing.Low, nothing.High);
+}
+
+TEST(TransferTable, IntegersLieOnNodes)
+{
+  for (const ValueRange& data : { ValueRange{ 0, 255 }, ValueRange{ -128, 127 },
+         ValueRange{ 0, 65535 }, ValueRange{ -32768, 32767 }, ValueRange{ 17, 1234 } })
+  {
+    const auto function = FromExtinction([](double) { return 0.1; }, { data.Min, 19, data.Max });
+    const TransferTable table = BuildTransferTable(function, data, true, 1e-3);
+    ASSERT_EQ(table.NodesPerUnit, std::floor(table.NodesPerUnit));
+    ASSERT_LE(table.Nodes, 65537);
+    ASSERT_NEAR((table.High - table.Low) * table.NodesPerUnit, table.Nodes - 1, 1e-9);
+  }
+}
+
+TEST(TransferTable, DifferencesDoNotCancelBesideMuchLargerParts)
+{
+  // One node is 10^8 times the rest.
+  const auto extinction = [](double v) { return std::abs(v - 2000) < 0.5 ? 1e8 : 1 + v / 4096; };
+  const TransferTable table =
+    BuildTransferTable(FromExtinction(extinction, { 0, 4096 }, 1e-7), { 0, 4096 }, true, 1e-7);
+  ASSERT_EQ(table.Nodes, 4097);
+  const View view(table);
+  for (int i = 0; i < 4096; ++i)
+  {
+    if (std::abs(i - 2000) > 1 && std::abs(i + 1 - 2000) > 1)
+    {
+      const double exact = 1 + (i + 0.5) / 4096;
+      ASSERT_NEAR(static_cast<double>(view.Between(i, i + 1)), exact, 1e-6 * exact) << i;
+      ASSERT_NEAR(static_cast<double>(view.EmissionBetween(i, i + 1, 1)), exact, 1e-6 * exact);
+    }
+  }
+  EXPECT_NEAR(static_cast<double>(view.Between(1999, 2001)), 1e8, 10);
+}
+
+TEST(TransferTable, PairsOfFloatsHoldFortySixBits)
+{
+  // Whatever the function: a difference errs by no more than 2^-46 of all that lies before it.
+  std::mt19937_64 random(31);
+  std::vector<double> knots;
+  std::vector<double> values;
+  for (int i = 0; i <= 64; ++i)
+  {
+    knots.push_back(i);
+    values.push_back(std::ldexp(1.0, -static_cast<int>(random() % 40)));
+  }
+  const auto extinction = [&](double v) { return Piecewise(knots, values, v); };
+  const TransferTable table =
+    BuildTransferTable(FromExtinction(extinction, knots), { 0, 64 }, true, 1e-3);
+  const View view(table);
+  long double before = 0;
+  for (int i = 0; i + 1 < view.Nodes(); ++i)
+  {
+    const long double step =
+      (static_cast<long double>(view.S(i)) + static_cast<long double>(view.NextS(i))) / 2;
+    before += step;
+    const long double error = std::abs(static_cast<long double>(view.Between(i, i + 1)) - step);
+    ASSERT_LE(error, std::ldexp(before, -46) + std::ldexp(step, -22));
+  }
+}
+
+// Contract 1e: empty means that the table returns exactly 0.
+TEST(TransferTable, ZeroIsExactlyZeroAndCounted)
+{
+  const auto extinction = [](double v)
+  {
+    const bool visible = (v > 20 && v < 30) || (v > 70 && v < 71) || v > 200;
+    return visible ? 5000.0 : 0.0;
+  };
+  const std::vector<double> knots{ 0, 20, 20, 30, 30, 70, 70, 71, 71, 200, 200, 255 };
+  for (const bool integers : { false, true })
+  {
+    const TransferTable table =
+      BuildTransferTable(FromExtinction(extinction, knots, 1e-3), { 0, 255 }, integers, 1e-3);
+    const View view(table);
+    std::uint32_t count = 0;
+    int empty = 0;
+    for (int i = 0; i + 1 < view.Nodes(); ++i)
+    {
+      ASSERT_EQ(view.Occupied(i), count);
+      const bool zero = view.S(i) == 0 && view.S(i + 1) == 0;
+      count += zero ? 0 : 1;
+      if (zero)
+      {
+        ++empty;
+        ASSERT_EQ(view.Between(i, i + 1), 0.0f);
+        for (const int c : { 0, 1, 2 })
+        {
+          ASSERT_EQ(view.EmissionBetween(i, i + 1, c), 0.0f);
+        }
+      }
+    }
+    ASSERT_EQ(view.Occupied(view.Nodes() - 1), count);
+    EXPECT_GT(empty, view.Nodes() / 2);
+    EXPECT_LT(empty, view.Nodes());
+    // Over any span: no occupied interval if and only if the integral is 0, exactly.
+    std::mt19937_64 random(3);
+    for (int k = 0; k < 5000; ++k)
+    {
+      const int a = static_cast<int>(random() % (view.Nodes() - 1));
+      const int b = std::min(view.Nodes() - 1, a + 1 + static_cast<int>(random() % 600));
+      ASSERT_EQ(view.Occupied(a) == view.Occupied(b), view.Between(a, b) == 0.0f);
+    }
+  }
+}
+
+TEST(TransferTable, EmissionIsTheIntegralOfColorTimesExtinction)
+{
+  auto function = FromExtinction([](double v) { return 0.2 + 0.1 * v; }, { 0, 8 });
+  function.Color = [](double v, double* rgb)
+  {
+    rgb[0] = 0.5;
+    rgb[1] = v / 8;
+    rgb[2] = 2 - v; // beyond 0..1: clamped
+  };
+  const TransferTable table = BuildTransferTable(function, { 0, 8 }, false, 1e-3);
+  const View view(table);
+  const std::array<Curve, 3> emission{ [](double v) { return 0.5 * (0.2 + 0.1 * v); },
+    [](double v) { return v / 8 * (0.2 + 0.1 * v); },
+    [](double v) { return std::clamp(2 - v, 0.0, 1.0) * (0.2 + 0.1 * v); } };
+  std::mt19937_64 random(8);
+  for (int k = 0; k < 30; ++k)
+  {
+    const int a = static_cast<int>(random() % (view.Nodes() - 1));
+    const int b = a + 1 + static_cast<int>(random() % (view.Nodes() - 1 - a));
+    for (const int c : { 0, 1, 2 })
+    {
+      const auto channel = static_cast<std::size_t>(c);
+      const double exact = Quadrature(emission[channel], view.ValueAt(a), view.ValueAt(b), 20000);
+      ASSERT_NEAR(static_cast<double>(view.EmissionBetween(a, b, c)) / table.NodesPerUnit, exact,
+        2e-5 * exact + 1e-7);
+      // The colour of one interval is its emission over its extinction, to 16 bits.
+      const double mean = static_cast<double>(view.EmissionBetween(a, a + 1, c)) /
+        static_cast<double>(view.Between(a, a + 1));
+      ASSERT_NEAR(view.ColorOf(a, c), mean, 1.5 / 65535);
+    }
+  }
+}
+
+TEST(TransferTable, SizesAreThoseOfItsArrays)
+{
+  const TransferTable table =
+    BuildTransferTable(FromExtinction([](double) { return 1; }, { 0, 1 }), { 0, 1 }, false, 1e-3);
+  EXPECT_EQ(table.Texels.size(), static_cast<std::size_t>(table.Nodes) * 12);
+  EXPECT_EQ(table.Occupied.size(), static_cast<std::size_t>(table.Nodes));
+  EXPECT_EQ(table.SizeInBytes(), static_cast<std::uint64_t>(table.Nodes) * 52);
+}
+
+} // namespace teravox

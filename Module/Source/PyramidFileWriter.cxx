@@ -417,9 +417,10 @@ Status PyramidFileWriter::WriteAttributes(
   for (std::size_t a = 0; a < 3; ++a)
   {
     const std::int64_t points = v.Dimensions[a] + (v.CellData ? 1 : 0);
-    extent.push_back(v.ExtentStart[a]);
-    extent.push_back(v.ExtentStart[a] + points - 1);
-    start[a] = static_cast<double>(v.ExtentStart[a]) + (v.CellData ? 0.5 : 0.0);
+    // From zero: vtkHDFReader takes the extent for an index into the dataset.
+    extent.push_back(0);
+    extent.push_back(points - 1);
+    start[a] = v.CellData ? 0.5 : 0.0;
   }
   for (int l = 0; l < this->Self.Layout.NumberOfLevels(); ++l)
   {
@@ -446,6 +447,7 @@ Status PyramidFileWriter::WriteAttributes(
     PutText(data.Get(), "Scalars", v.ArrayName) &&
     PutText(pyramid.Get(), PyramidFormat::MultiscalesName, metadata.MultiscalesText()) &&
     PutText(pyramid.Get(), "Downsampling", metadata.Labels ? "mode" : "average") &&
+    PutIntegers(pyramid.Get(), "ExtentStart", { v.ExtentStart.begin(), v.ExtentStart.end() }) &&
     PutDoubles(statistics.Get(), "Range", { range.Min, range.Max });
   if (ok && !histogram.empty())
   {

@@ -9,8 +9,10 @@
 ///     /VTKHDF            attributes Version (1,0), Type "ImageData", WholeExtent, Origin, Spacing,
 ///                        Direction, as VTK defines them: stock ParaView and h5py open level 0
 ///       /PointData/<array> or /CellData/<array>
-///     /Pyramid           attributes Version, Downsampling ("average" or "mode"), multiscales
-///                        (JSON, OME-NGFF 0.4: axes, paths, scale and translation per level)
+///                        (WholeExtent starts at 0: vtkHDFReader needs it)
+///     /Pyramid           attributes Version; Downsampling ("average" or "mode"); ExtentStart, the
+///                        index that the image gave to the first voxel; multiscales (JSON,
+///                        OME-NGFF 0.4: axes, paths, scale and translation per level)
 ///       /0               hard link to the level-0 dataset;   /1 ... /n  the other levels
 ///       /Statistics      attributes Range (2 x f64) and Histogram (256 x u64, equal bins over
 ///                        Range), of all components of level 0; NaN is left out of both

@@ -160,6 +160,11 @@ Status ReadPyramid(const HDF5File& file, PyramidMetadata& m)
   {
     return Corrupt(file, std::string("its list of levels doesn't parse: ") + e.what());
   }
+  const auto start = file.Integers(group, "ExtentStart");
+  if (start && start->size() == 3)
+  {
+    std::copy(start->begin(), start->end(), m.ExtentStart.begin());
+  }
   m.Labels = file.Text(group, "Downsampling").value_or("average") == "mode";
   if (file.Has(PyramidFormat::StatisticsGroup))
   {

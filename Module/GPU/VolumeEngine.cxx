@@ -24,7 +24,8 @@ constexpr double ShortPass = 0.1;
 // whole.
 constexpr double SegmentShare = 1.0 / 32;
 constexpr double TerminationShare = 1.0 / 4;
-constexpr float LargestRefinement = 6; // 1/64 voxel
+constexpr float BaseStep = 2;          // voxels; two samples each
+constexpr float LargestRefinement = 7; // 1/64 voxel
 
 double Now()
 {
@@ -246,7 +247,7 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
     static_cast<float>(this->Transfer.NodesPerUnit), static_cast<float>(this->Transfer.Nodes) };
   const bool controlled = request.Tolerance > 0;
   const double tolerance = request.Tolerance * this->Looseness;
-  parameters.Step = { controlled ? 1.0f : -static_cast<float>(request.SampleDistance),
+  parameters.Step = { controlled ? BaseStep : -static_cast<float>(request.SampleDistance),
     controlled ? static_cast<float>(tolerance * SegmentShare) : 1.0f,
     controlled ? static_cast<float>(request.Tolerance * TerminationShare) : 1.0e-6f,
     controlled ? LargestRefinement : 0.0f };

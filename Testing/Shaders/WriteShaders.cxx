@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Writes the assembled text of each stage and variant into a folder: what a driver gets, byte for
+// byte.
+#include "EmbeddedShaders.h"
+#include "ShaderLibrary.h"
+
+#include <fstream>
+#include <iostream>
+#include <string>
+
+namespace
+{
+using teravox::ShaderVariant;
+
+bool Write(const std::string& folder, const std::string& file, const ShaderVariant& variant)
+{
+  const auto text = teravox::AssembleShader(file, variant);
+  if (!text)
+  {
+    std::cerr << text.GetStatus().Message() << "\n";
+    return false;
+  }
+  const std::size_t dot = file.rfind('.');
+  const std::string name =
+    file.substr(0, dot) + "-" + std::to_string(variant.Key()) + file.substr(dot);
+  std::ofstream out(folder + "/" + name, std::ios::binary);
+  out << text.Value();
+  out.close();
+  if (!out)
+  {
+    std::cerr << "Can't write " << name << ".\n";
+    return false;
+  }
+  return true;
+}
+
+bool IsStage(const std::string& file)
+{
+  const std::string suffix = file.substr(file.rfind('.') + 1);
+  return suffix == "frag" || suffix == "vert" || suffix == "comp";
+}
+} // namespace
+
+int main(int argc, char* argv[])
+{
+  if (argc != 2)
+  {
+    std::cerr << "Usage: WriteShaders FOLDER\n";
+    return 1;
+  }
+  const std::string folder = argv[1];
+  bool ok = true;
+  for (const auto& file : teravox::EmbeddedShaders())
+  {
+    if (!IsStage(file.first))
+    {
+      continue;
+    }
+    // The features are the marcher's; all other stages are drawn with none of them.
+    if (file.first == "RayMarch.frag")
+    {
+      for (const ShaderVariant& variant : ShaderVariant::All())
+      {
+        ok = Write(folder, file.first, variant) && ok;
+      }
+    }
+    else
+    {
+      ok = Write(folder, file.first, {}) && ok;
+    }
+  }
+  return ok ? 0 : 1;
+}

@@ -38,27 +38,48 @@ void DepthRange(vtkCamera* camera, const double bounds[6], double& nearest, doub
   }
 }
 
+/// Looks at the middle of the volume from the side that the angles say, from the least distance at
+/// which all corners are in the picture.
 void PlaceAround(
   vtkCamera* camera, const CameraOptions& options, const double bounds[6], double aspect)
 {
   double center[3];
-  double radius = 0.0;
   for (int a = 0; a < 3; ++a)
   {
     center[a] = 0.5 * (bounds[2 * a] + bounds[2 * a + 1]);
-    radius += std::pow(0.5 * (bounds[2 * a + 1] - bounds[2 * a]), 2);
   }
-  radius = std::sqrt(radius);
-  const double half = vtkMath::RadiansFromDegrees(0.5 * options.ViewAngle);
-  // The bounding sphere fits into the narrower side of the picture.
-  const double narrow = aspect < 1.0 ? std::atan(std::tan(half) * aspect) : half;
   camera->SetFocalPoint(center);
-  camera->SetPosition(center[0], center[1] - radius / std::sin(narrow), center[2]);
+  camera->SetPosition(center[0], center[1] - 1.0, center[2]);
   camera->SetViewUp(0, 0, 1);
-  camera->SetParallelScale(radius / std::min(aspect, 1.0));
   camera->Azimuth(options.Azimuth);
   camera->Elevation(options.Elevation);
   camera->OrthogonalizeViewUp();
+  double forward[3];
+  double up[3];
+  double right[3];
+  camera->GetDirectionOfProjection(forward);
+  camera->GetViewUp(up);
+  vtkMath::Cross(forward, up, right);
+  const double slope = std::tan(vtkMath::RadiansFromDegrees(0.5 * options.ViewAngle));
+  double distance = 0.0;
+  double scale = 0.0;
+  for (int corner = 0; corner < 8; ++corner)
+  {
+    double p[3];
+    for (int a = 0; a < 3; ++a)
+    {
+      p[a] = bounds[2 * a + (corner >> a & 1)] - center[a];
+    }
+    // What the corner needs of the picture's half height, at the distance 1.
+    const double height =
+      std::max(std::abs(vtkMath::Dot(p, up)), std::abs(vtkMath::Dot(p, right)) / aspect);
+    distance = std::max(distance, height / slope - vtkMath::Dot(p, forward));
+    scale = std::max(scale, height);
+  }
+  constexpr double margin = 1.03;
+  camera->SetParallelScale(margin * scale);
+  camera->SetPosition(center[0] - margin * distance * forward[0],
+    center[1] - margin * distance * forward[1], center[2] - margin * distance * forward[2]);
 }
 
 Status PlaceGiven(vtkCamera* camera, const CameraOptions& options, const double bounds[6])

@@ -1,0 +1,537 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Scene.h"
+
+#include "ArrayBrickSource.h"
+#include "VTKScalarType.h"
+#include "vtkBrickSource.h"
+#include "vtkOutOfCoreVolumeMapper.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <vtkCamera.h>
+#include <vtkCellData.h>
+#include <vtkColorTransferFunction.h>
+#include <vtkDataArray.h>
+#include <vtkExtractVOI.h>
+#include <vtkImageCast.h>
+#include <vtkImageData.h>
+#include <vtkMatrix3x3.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNIFTIImageReader.h>
+#include <vtkPiecewiseFunction.h>
+#include <vtkPointData.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkVolume.h>
+#include <vtkVolumeProperty.h>
+
+namespace teravox::test
+{
+
+namespace
+{
+Matrix4 ToMatrix(vtkMatrix4x4* m)
+{
+  Matrix4 result{};
+  std::copy_n(m->GetData(), 16, result.begin());
+  return result;
+}
+
+// A level as one dense array, from its bricks.
+std::vector<double> ReadLevel(BrickSource& source, int level)
+{
+  const PyramidLayout& layout = source.Info().Layout;
+  const Int3& dims = layout.Dimensions(level);
+  const Int3& bricks = layout.Bricks(level);
+  const std::int64_t inner = layout.BrickSize();
+  const std::int64_t stored = layout.StoredSize();
+  std::vector<double> voxels(static_cast<std::size_t>(dims[0] * dims[1] * dims[2]));
+  for (std::int64_t b = 0; b < bricks[0] * bricks[1] * bricks[2]; ++b)
+  {
+    const Int3 at{ b % bricks[0], b / bricks[0] % bricks[1], b / bricks[0] / bricks[1] };
+    BrickKey key;
+    key.Level = static_cast<std::uint8_t>(level);
+    key.X = static_cast<std::uint32_t>(at[0]);
+    key.Y = static_cast<std::uint32_t>(at[1]);
+    key.Z = static_cast<std::uint32_t>(at[2]);
+    const Result<BrickPointer> brick = source.ReadBrick(key);
+    if (!brick)
+    {
+      continue; // the test that makes bricks fail gives the truth another source
+    }
+    DispatchScalarType(brick.Value()->Type,
+      [&](auto zero)
+      {
+        using T = decltype(zero);
+        const T* data = reinterpret_cast<const T*>(brick.Value()->Voxels.data());
+        for (std::int64_t z = at[2] * inner; z < std::min((at[2] + 1) * inner, dims[2]); ++z)
+        {
+          for (std::int64_t y = at[1] * inner; y < std::min((at[1] + 1) * inner, dims[1]); ++y)
+          {
+            for (std::int64_t x = at[0] * inner; x < std::min((at[0] + 1) * inner, dims[0]); ++x)
+            {
+              const std::int64_t from =
+                ((z - at[2] * inner + BrickBorder) * stored + y - at[1] * inner + BrickBorder) *
+                  stored +
+                x - at[0] * inner + BrickBorder;
+              voxels[static_cast<std::size_t>((z * dims[1] + y) * dims[0] + x)] =
+                static_cast<double>(data[from]);
+            }
+          }
+        }
+      });
+  }
+  return voxels;
+}
+} // namespace
+
+const char* ToString(OpacityShape shape)
+{
+  switch (shape)
+  {
+    case OpacityShape::Ramp:
+      return "ramp";
+    case OpacityShape::Peak:
+      return "peak";
+    case OpacityShape::Box:
+      return "box";
+    case OpacityShape::Wall:
+      return "wall";
+    case OpacityShape::Fog:
+    default:
+      return "fog";
+  }
+}
+
+TransferNodes MakeTransfer(OpacityShape shape, double low, double high, double unitDistance)
+{
+  TransferNodes nodes;
+  nodes.UnitDistance = unitDistance;
+  const auto at = [&](double t) { return low + t * (high - low); };
+  nodes.Color = { { at(0), 0.1, 0.2, 0.9 }, { at(0.3), 0.9, 0.3, 0.2 }, { at(0.6), 0.9, 0.9, 0.3 },
+    { at(1), 0.4, 1.0, 1.0 } };
+  switch (shape)
+  {
+    case OpacityShape::Ramp:
+      nodes.Opacity = { { at(0), 0 }, { at(0.25), 0 }, { at(0.6), 0.08 }, { at(1), 0.3 } };
+      break;
+    case OpacityShape::Peak:
+      nodes.Opacity = { { at(0), 0 }, { at(0.43), 0 }, { at(0.45), 0.5 }, { at(0.47), 0 },
+        { at(1), 0 } };
+      break;
+    case OpacityShape::Box:
+      nodes.Opacity = { { at(0), 0 }, { at(0.35), 0 }, { at(0.352), 0.4 }, { at(0.55), 0.4 },
+        { at(0.552), 0 }, { at(1), 0 } };
+      break;
+    case OpacityShape::Wall:
+      nodes.Opacity = { { at(0), 0 }, { at(0.2), 0 }, { at(0.5), 0.02 }, { at(0.55), 1 },
+        { at(1), 1 } };
+      break;
+    case OpacityShape::Fog:
+      nodes.Opacity = { { at(0), 0.001 }, { at(1), 0.004 } };
+      break;
+  }
+  return nodes;
+}
+
+Stage::Stage(int width, int height)
+  : Width_(width)
+  , Height_(height)
+{
+  this->Window->SetOffScreenRendering(1);
+  this->Window->SetMultiSamples(0);
+  this->Window->SetSize(width, height);
+  this->Window->AddRenderer(this->Renderer);
+  this->Renderer->SetBackground(0, 0, 0);
+  this->Mapper = vtkSmartPointer<vtkOutOfCoreVolumeMapper>::New();
+  this->Mapper->SetNumberOfLoaderThreads(2);
+  this->Mapper->SetGPUMemoryBudget(std::uint64_t{ 256 } << 20);
+  this->Mapper->SetHostMemoryBudget(std::uint64_t{ 512 } << 20);
+  this->Property->SetScalarOpacity(this->Opacity);
+  this->Property->SetColor(this->Color);
+  this->Property->SetInterpolationTypeToLinear();
+  this->Volume->SetProperty(this->Property);
+  this->Volume->SetMapper(this->Mapper);
+  this->Renderer->AddVolume(this->Volume);
+}
+
+Stage::~Stage()
+{
+  this->Renderer->RemoveVolume(this->Volume);
+  this->Volume->SetMapper(nullptr);
+  this->Mapper = nullptr; // frees its objects while the window lives
+}
+
+void Stage::SetImage(vtkImageData* image)
+{
+  this->Mapper->SetBrickSource(nullptr);
+  this->Mapper->SetInputData(image);
+  if (!image->GetPointData()->GetScalars() && image->GetCellData()->GetScalars())
+  {
+    this->Mapper->SetScalarModeToUseCellData();
+  }
+}
+
+void Stage::SetSource(const std::shared_ptr<BrickSource>& source)
+{
+  vtkNew<vtkBrickSource> holder;
+  holder->SetBrickSource(source);
+  this->Mapper->SetBrickSource(holder);
+}
+
+void Stage::SetTransfer(const TransferNodes& nodes)
+{
+  this->Opacity->RemoveAllPoints();
+  for (const auto& node : nodes.Opacity)
+  {
+    this->Opacity->AddPoint(node[0], node[1]);
+  }
+  this->Color->RemoveAllPoints();
+  for (const auto& node : nodes.Color)
+  {
+    this->Color->AddRGBPoint(node[0], node[1], node[2], node[3]);
+  }
+  this->Property->SetScalarOpacityUnitDistance(nodes.UnitDistance);
+}
+
+void Stage::SetShade(bool shade)
+{
+  this->Property->SetShade(shade ? 1 : 0);
+  this->Property->SetAmbient(0.2);
+  this->Property->SetDiffuse(0.6);
+  this->Property->SetSpecular(0.3);
+  this->Property->SetSpecularPower(12);
+}
+
+void Stage::Look(const std::array<double, 3>& direction, double distance, bool parallel)
+{
+  double b[6];
+  this->Volume->GetBounds(b);
+  const double center[3] = { 0.5 * (b[0] + b[1]), 0.5 * (b[2] + b[3]), 0.5 * (b[4] + b[5]) };
+  const double radius = 0.5 * std::hypot(b[1] - b[0], b[3] - b[2], b[5] - b[4]);
+  const double length = std::hypot(direction[0], direction[1], direction[2]);
+  vtkCamera* camera = this->Renderer->GetActiveCamera();
+  camera->SetParallelProjection(parallel ? 1 : 0);
+  camera->SetViewAngle(30);
+  const double away = distance * radius / std::sin(15.0 * M_PI / 180.0);
+  camera->SetFocalPoint(center);
+  camera->SetPosition(center[0] - away * direction[0] / length,
+    center[1] - away * direction[1] / length, center[2] - away * direction[2] / length);
+  camera->SetViewUp(0, 0.2, 1);
+  camera->SetParallelScale(distance * radius);
+  camera->SetClippingRange(std::max(away - 1.1 * radius, 0.001 * radius), away + 1.1 * radius);
+}
+
+void Stage::LookFrom(const std::array<double, 3>& eye, const std::array<double, 3>& at, double near,
+  double far, double viewAngle)
+{
+  vtkCamera* camera = this->Renderer->GetActiveCamera();
+  camera->SetParallelProjection(0);
+  camera->SetViewAngle(viewAngle);
+  camera->SetPosition(eye.data());
+  camera->SetFocalPoint(at.data());
+  camera->SetViewUp(0, 0.2, 1);
+  camera->SetClippingRange(near, far);
+}
+
+std::vector<float> Stage::Draw()
+{
+  this->Window->Render();
+  return this->Accumulator();
+}
+
+std::vector<float> Stage::Accumulator()
+{
+  vtkNew<vtkImageData> image;
+  if (!this->Mapper->GetColorAccumulator(image))
+  {
+    return {};
+  }
+  const float* data = static_cast<const float*>(image->GetScalarPointer());
+  return { data, data + 4 * image->GetNumberOfPoints() };
+}
+
+std::vector<float> Stage::DrawPicture()
+{
+  this->Window->Render();
+  vtkNew<vtkUnsignedCharArray> pixels;
+  this->Window->GetRGBACharPixelData(0, 0, this->Width_ - 1, this->Height_ - 1, 0, pixels);
+  std::vector<float> picture(static_cast<std::size_t>(pixels->GetNumberOfValues()));
+  for (std::size_t i = 0; i < picture.size(); ++i)
+  {
+    picture[i] = static_cast<float>(pixels->GetValue(static_cast<vtkIdType>(i))) / 255.0f;
+  }
+  return picture;
+}
+
+std::vector<float> Stage::DrawPictureWith(vtkVolumeMapper* other)
+{
+  this->Volume->SetMapper(other);
+  std::vector<float> picture = this->DrawPicture();
+  this->Volume->SetMapper(this->Mapper);
+  return picture;
+}
+
+StageTruth::StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths)
+  : Width(stage.Width())
+  , Height(stage.Height())
+{
+  const VolumeInfo& info = source.Info();
+  std::vector<TruthLevel> levels;
+  this->Voxels.reserve(static_cast<std::size_t>(info.Layout.NumberOfLevels()));
+  for (int l = 0; l < info.Layout.NumberOfLevels(); ++l)
+  {
+    this->Voxels.push_back(ReadLevel(source, l));
+    levels.push_back(TruthLevel::FromArray(ScalarType::Float64, this->Voxels.back().data(),
+      info.Layout.Dimensions(l), info.Layout.Factor(l)));
+  }
+  const Matrix4 prop = ToMatrix(stage.Volume->GetMatrix());
+  const bool nearest = stage.Property->GetInterpolationType() == VTK_NEAREST_INTERPOLATION;
+  this->Volume = std::make_unique<TruthVolume>(std::move(levels),
+    TruthVolume::WorldFromVoxel(info.Origin, info.Spacing, info.Direction, prop),
+    nearest ? TruthInterpolation::Nearest : TruthInterpolation::Linear, info.CellData);
+
+  auto opacity = vtkSmartPointer<vtkPiecewiseFunction>::New();
+  opacity->DeepCopy(stage.Opacity);
+  auto color = vtkSmartPointer<vtkColorTransferFunction>::New();
+  color->DeepCopy(stage.Color);
+  std::vector<double> knots;
+  for (int i = 0; i < opacity->GetSize(); ++i)
+  {
+    double node[4];
+    opacity->GetNodeValue(i, node);
+    knots.push_back(node[0]);
+  }
+  for (int i = 0; i < color->GetSize(); ++i)
+  {
+    double node[6];
+    color->GetNodeValue(i, node);
+    knots.push_back(node[0]);
+  }
+  this->Transfer =
+    std::make_unique<TruthTransfer>([opacity](double v) { return opacity->GetValue(v); },
+      [color](double v)
+      {
+        Double3 rgb{};
+        color->GetColor(v, rgb.data());
+        return rgb;
+      },
+      std::move(knots), stage.Property->GetScalarOpacityUnitDistance() * scaleOfLengths);
+
+  vtkCamera* camera = stage.Renderer->GetActiveCamera();
+  this->Camera = std::make_unique<TruthCamera>(ToMatrix(camera->GetModelViewTransformMatrix()),
+    ToMatrix(camera->GetProjectionTransformMatrix(
+      static_cast<double>(this->Width) / static_cast<double>(this->Height), -1, 1)),
+    this->Width, this->Height);
+  if (stage.Property->GetShade() != 0)
+  {
+    TruthHeadlight::Material material;
+    material.Ambient = stage.Property->GetAmbient();
+    material.Diffuse = stage.Property->GetDiffuse();
+    material.Specular = stage.Property->GetSpecular();
+    material.SpecularPower = stage.Property->GetSpecularPower();
+    TruthHeadlight::Geometry geometry;
+    geometry.Spacing = info.Spacing;
+    geometry.Direction = info.Direction;
+    geometry.WorldFromDataset = prop;
+    this->Shading = std::make_unique<TruthHeadlight>(material, geometry);
+  }
+  this->Scene_ =
+    std::make_unique<TruthScene>(TruthScene{ *this->Volume, *this->Transfer, *this->Camera,
+      TruthLevelOfDetail(*this->Volume, *this->Camera, stage.Mapper->GetLevelOfDetailBias(),
+        stage.Mapper->GetMinimumLevel(), stage.Mapper->GetMaximumLevel()),
+      this->Shading.get(), 1e-5, Invert(prop) });
+}
+
+TruthEnvelope StageTruth::Envelope() const
+{
+  return RenderEnvelope(*this->Scene_, AllPixels(*this->Camera));
+}
+
+ImageDifference StageTruth::Excess(
+  const std::vector<float>& picture, int stride, ImageDifference* plain) const
+{
+  std::vector<TruthPixel> pixels;
+  std::vector<float> some;
+  for (int y = 0; y < this->Height; y += stride)
+  {
+    for (int x = 0; x < this->Width; x += stride)
+    {
+      pixels.push_back({ x, y });
+      const float* pixel = picture.data() + 4 * (static_cast<std::size_t>(y) * this->Width + x);
+      some.insert(some.end(), pixel, pixel + 4);
+    }
+  }
+  const TruthEnvelope envelope = RenderEnvelope(*this->Scene_, pixels);
+  if (plain)
+  {
+    *plain = CompareImages(some, ToFloat(envelope.Center));
+  }
+  return ExcessOverEnvelope(some, ToFloat(envelope.Min), ToFloat(envelope.Max));
+}
+
+double BlobField(double x, double y, double z)
+{
+  const auto blob = [&](double cx, double cy, double cz, double r)
+  {
+    const double d2 = (x - cx) * (x - cx) + (y - cy) * (y - cy) + (z - cz) * (z - cz);
+    return std::exp(-d2 / (r * r));
+  };
+  const double shell = std::hypot(x - 0.52, y - 0.47, z - 0.5);
+  const double value = 0.9 * blob(0.35, 0.4, 0.6, 0.16) + 0.7 * blob(0.7, 0.62, 0.35, 0.13) +
+    0.5 * std::exp(-std::pow((shell - 0.38) / 0.05, 2)) - 0.25 * blob(0.5, 0.5, 0.9, 0.2);
+  return std::clamp(value - 0.02, 0.0, 1.0);
+}
+
+vtkSmartPointer<vtkImageData> MakeImage(const ImageOptions& options, const UnitField& field)
+{
+  auto image = vtkSmartPointer<vtkImageData>::New();
+  const auto& n = options.Dimensions;
+  const auto& start = options.ExtentStart;
+  const int more = options.CellData ? 0 : -1;
+  image->SetExtent(start[0], start[0] + n[0] + more, start[1], start[1] + n[1] + more, start[2],
+    start[2] + n[2] + more);
+  image->SetOrigin(options.Origin.data());
+  image->SetSpacing(options.Spacing.data());
+  image->SetDirectionMatrix(options.Direction.data());
+  vtkSmartPointer<vtkDataArray> scalars =
+    vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(ToVTK(options.Type)));
+  scalars->SetName("scalars");
+  scalars->SetNumberOfTuples(vtkIdType{ n[0] } * n[1] * n[2]);
+  const bool whole = !IsFloat(options.Type);
+  vtkIdType i = 0;
+  for (int z = 0; z < n[2]; ++z)
+  {
+    for (int y = 0; y < n[1]; ++y)
+    {
+      for (int x = 0; x < n[0]; ++x, ++i)
+      {
+        const double unit = field((x + 0.5) / n[0], (y + 0.5) / n[1], (z + 0.5) / n[2]);
+        double value = options.Low + unit * (options.High - options.Low);
+        value = whole ? std::round(value) : value;
+        const unsigned clump =
+          static_cast<unsigned>(x / 3 * 73 + y / 3 * 179 + z / 3 * 283) * 2654435761u;
+        if (!whole && (clump >> 16) % 1000 < 1000 * options.ShareOfNaN)
+        {
+          value = std::nan("");
+        }
+        scalars->SetComponent(i, 0, value);
+      }
+    }
+  }
+  if (options.CellData)
+  {
+    image->GetCellData()->SetScalars(scalars);
+  }
+  else
+  {
+    image->GetPointData()->SetScalars(scalars);
+  }
+  return image;
+}
+
+vtkSmartPointer<vtkImageData> WithWideScalars(vtkImageData* image)
+{
+  auto wide = vtkSmartPointer<vtkImageData>::New();
+  wide->ShallowCopy(image);
+  const auto convert = [](vtkDataSetAttributes* data)
+  {
+    vtkDataArray* from = data->GetScalars();
+    if (!from || from->GetDataTypeSize() != 1)
+    {
+      return;
+    }
+    vtkSmartPointer<vtkDataArray> to =
+      vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(
+        from->GetDataType() == VTK_UNSIGNED_CHAR ? VTK_UNSIGNED_SHORT : VTK_SHORT));
+    to->DeepCopy(from);
+    data->SetScalars(to);
+  };
+  convert(wide->GetPointData());
+  convert(wide->GetCellData());
+  return wide;
+}
+
+std::shared_ptr<BrickSource> SourceOfImage(vtkImageData* image, int brickSize, bool cellData)
+{
+  vtkSmartPointer<vtkDataArray> scalars =
+    cellData ? image->GetCellData()->GetScalars() : image->GetPointData()->GetScalars();
+  const int* extent = image->GetExtent();
+  int dims[3];
+  image->GetDimensions(dims);
+  ArrayDescription array;
+  array.Data = scalars->GetVoidPointer(0);
+  array.Owner = std::shared_ptr<const void>(array.Data, [scalars](const void*) {});
+  array.Type = FromVTK(scalars->GetDataType()).value_or(ScalarType::UInt8);
+  array.BrickSize = brickSize;
+  array.CellData = cellData;
+  std::copy_n(image->GetDirectionMatrix()->GetData(), 9, array.Direction.begin());
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    array.Dimensions[a] = cellData ? dims[a] - 1 : dims[a];
+    array.Spacing[a] = image->GetSpacing()[a];
+    array.ExtentStart[a] = extent[2 * a];
+  }
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    array.Origin[a] = image->GetOrigin()[a];
+    for (std::size_t b = 0; b < 3; ++b)
+    {
+      array.Origin[a] +=
+        array.Direction[3 * a + b] * array.Spacing[b] * (extent[2 * b] + (cellData ? 0.5 : 0.0));
+    }
+  }
+  double range[2];
+  scalars->GetFiniteRange(range, 0);
+  array.Range = { range[0], range[1] };
+  auto source = ArrayBrickSource::Make(array);
+  return source ? std::shared_ptr<BrickSource>(source.Value()) : nullptr;
+}
+
+vtkSmartPointer<vtkImageData> LoadBrain(int step, const std::array<int, 3>& dimensions)
+{
+  const char* file = "/usr/share/mricron/templates/ch2better.nii.gz";
+  if (!std::filesystem::exists(file))
+  {
+    return nullptr;
+  }
+  vtkNew<vtkNIFTIImageReader> reader;
+  reader->SetFileName(file);
+  reader->Update();
+  int extent[6];
+  reader->GetOutput()->GetExtent(extent);
+  int part[6];
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    const int size = extent[2 * a + 1] - extent[2 * a] + 1;
+    const int wanted = std::min(size, dimensions[a] * step);
+    part[2 * a] = extent[2 * a] + (size - wanted) / 2;
+    part[2 * a + 1] = part[2 * a] + wanted - 1;
+  }
+  vtkNew<vtkExtractVOI> extract;
+  extract->SetInputConnection(reader->GetOutputPort());
+  extract->SetVOI(part);
+  extract->SetSampleRate(step, step, step);
+  extract->Update();
+  auto image = vtkSmartPointer<vtkImageData>::New();
+  image->DeepCopy(extract->GetOutput());
+  image->SetExtent(0, image->GetDimensions()[0] - 1, 0, image->GetDimensions()[1] - 1, 0,
+    image->GetDimensions()[2] - 1);
+  image->SetOrigin(0, 0, 0);
+  image->SetSpacing(1, 1, 1);
+  return image;
+}
+
+TransferNodes BrainTransfer()
+{
+  TransferNodes nodes;
+  nodes.Opacity = { { 0, 0 }, { 60, 0 }, { 90, 0.05 }, { 130, 0.25 }, { 255, 0.8 } };
+  nodes.Color = { { 0, 0, 0, 0 }, { 60, 0.5, 0.2, 0.1 }, { 120, 0.9, 0.7, 0.6 },
+    { 255, 1, 1, 0.95 } };
+  return nodes;
+}
+
+} // namespace teravox::test

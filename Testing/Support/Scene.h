@@ -1,0 +1,161 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "BrickSource.h"
+#include "ImageMetrics.h"
+#include "TruthIntegrator.h"
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+#include <vtkNew.h>
+#include <vtkSmartPointer.h>
+
+class vtkColorTransferFunction;
+class vtkImageData;
+class vtkOutOfCoreVolumeMapper;
+class vtkPiecewiseFunction;
+class vtkRenderWindow;
+class vtkRenderer;
+class vtkVolume;
+class vtkVolumeMapper;
+class vtkVolumeProperty;
+
+namespace teravox::test
+{
+
+/// Opacity and colour as nodes, linear between them. Two nodes may not share a value.
+struct TransferNodes
+{
+  std::vector<std::array<double, 2>> Opacity; ///< value, opacity
+  std::vector<std::array<double, 4>> Color;   ///< value, red, green, blue
+  double UnitDistance = 1;
+};
+
+/// The opacity functions that the tests go through, for values in low...high.
+enum class OpacityShape
+{
+  Ramp, ///< rises smoothly over the upper three quarters
+  Peak, ///< a triangle, 4 % of the range wide
+  Box,  ///< two steep flanks, opacity 0.4 between them
+  Wall, ///< opacity 1 above 55 %
+  Fog   ///< thin everywhere, 0 nowhere
+};
+const char* ToString(OpacityShape shape);
+TransferNodes MakeTransfer(
+  OpacityShape shape, double low = 0, double high = 255, double unitDistance = 1);
+
+/// A window with one volume, drawn off-screen by a vtkOutOfCoreVolumeMapper or by any other mapper.
+/// The members are VTK's own objects: tests change what they like.
+/// Thread: the test's own.
+class Stage
+{
+public:
+  Stage(int width, int height);
+  Stage(const Stage&) = delete;
+  Stage& operator=(const Stage&) = delete;
+  Stage(Stage&&) = delete;
+  Stage& operator=(Stage&&) = delete;
+  ~Stage();
+
+  /// Draws an image, or what a brick source gives.
+  void SetImage(vtkImageData* image);
+  void SetSource(const std::shared_ptr<BrickSource>& source);
+  void SetTransfer(const TransferNodes& nodes);
+  void SetShade(bool shade);
+  /// From outside along a direction; the bounds fill about 1/distance of the picture. Sets the
+  /// clipping range so that nothing is cut away.
+  void Look(const std::array<double, 3>& direction, double distance = 1.0, bool parallel = false);
+  /// From a place to another, with everything from `near` on visible.
+  void LookFrom(const std::array<double, 3>& eye, const std::array<double, 3>& at, double near,
+    double far, double viewAngle = 40);
+
+  /// Renders with the out-of-core mapper; its accumulators: premultiplied RGBA, rows from the
+  /// bottom.
+  std::vector<float> Draw();
+  /// The accumulators of the last frame.
+  std::vector<float> Accumulator();
+  /// Renders; the window's picture as RGBA in 0...1.
+  std::vector<float> DrawPicture();
+  /// Renders with another mapper, whose input is an image; the window's picture.
+  std::vector<float> DrawPictureWith(vtkVolumeMapper* other);
+
+  int Width() const { return this->Width_; }
+  int Height() const { return this->Height_; }
+
+  vtkNew<vtkRenderWindow> Window;
+  vtkNew<vtkRenderer> Renderer;
+  vtkNew<vtkVolume> Volume;
+  vtkNew<vtkVolumeProperty> Property;
+  vtkNew<vtkPiecewiseFunction> Opacity;
+  vtkNew<vtkColorTransferFunction> Color;
+  vtkSmartPointer<vtkOutOfCoreVolumeMapper> Mapper;
+
+private:
+  int Width_;
+  int Height_;
+};
+
+/// The truth of what a stage shows, from the levels that a brick source delivers. Holds everything
+/// that a TruthScene refers to.
+class StageTruth
+{
+public:
+  /// `source`: what the stage draws. Its levels are read whole, as double. Place, prop matrix,
+  /// camera, property and level limits are taken from the stage's VTK objects.
+  StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths = 1);
+
+  const TruthScene& Scene() const { return *this->Scene_; }
+  /// The picture's excess over the envelope of 9 rays (the tolerance isn't taken off), over pixels
+  /// with x and y multiples of `stride`.
+  ImageDifference Excess(
+    const std::vector<float>& picture, int stride = 1, ImageDifference* plain = nullptr) const;
+  /// Smallest and largest truth over 9 rays, minus the truth: widths for other pictures.
+  TruthEnvelope Envelope() const;
+
+private:
+  std::vector<std::vector<double>> Voxels;
+  std::unique_ptr<TruthVolume> Volume;
+  std::unique_ptr<TruthTransfer> Transfer;
+  std::unique_ptr<TruthCamera> Camera;
+  std::unique_ptr<TruthShading> Shading;
+  std::unique_ptr<TruthScene> Scene_;
+  int Width;
+  int Height;
+};
+
+/// What an image is made of, and where it lies.
+struct ImageOptions
+{
+  ScalarType Type = ScalarType::UInt8;
+  std::array<int, 3> Dimensions{ 40, 36, 44 }; ///< voxels, also for cell data
+  std::array<int, 3> ExtentStart{ 0, 0, 0 };
+  std::array<double, 3> Origin{ 0, 0, 0 };
+  std::array<double, 3> Spacing{ 1, 1, 1 };
+  std::array<double, 9> Direction{ 1, 0, 0, 0, 1, 0, 0, 0, 1 };
+  bool CellData = false;
+  double Low = 0; ///< values of the field's 0 and 1
+  double High = 255;
+  double ShareOfNaN = 0; ///< for floats: this share of the voxels, in clumps
+};
+/// A smooth field in 0...1 at a place in 0...1 per axis.
+using UnitField = std::function<double(double, double, double)>;
+/// Blobs, a shell and a hollow, no symmetry; some corners exactly 0.
+double BlobField(double x, double y, double z);
+vtkSmartPointer<vtkImageData> MakeImage(
+  const ImageOptions& options, const UnitField& field = BlobField);
+/// The same image with its scalars as 16-bit integers: u8 as u16, i8 as i16; others as they are.
+vtkSmartPointer<vtkImageData> WithWideScalars(vtkImageData* image);
+/// A brick source of an image, as the mapper makes it.
+std::shared_ptr<BrickSource> SourceOfImage(vtkImageData* image, int brickSize, bool cellData);
+
+/// Debian's brain scan (mricron-data), every `step`-th voxel, cropped to at most these dimensions
+/// around its centre; null where it isn't installed.
+vtkSmartPointer<vtkImageData> LoadBrain(int step, const std::array<int, 3>& dimensions);
+/// Skin and brain of that scan.
+TransferNodes BrainTransfer();
+
+} // namespace teravox::test

@@ -584,8 +584,9 @@ private:
       }
       feedback.UsedBlocks.push_back(slot);
       const BrickKey& child = way[static_cast<std::size_t>(k - 1)];
-      at = this->Table.BlockOffset(slot) + child.X % PageBlockEdge +
+      const std::uint32_t inBlock = child.X % PageBlockEdge +
         PageBlockEdge * (child.Y % PageBlockEdge + PageBlockEdge * (child.Z % PageBlockEdge));
+      at = this->Table.BlockOffset(slot) + inBlock;
     }
     return Found::Missing;
   }

@@ -24,7 +24,7 @@ constexpr double ShortPass = 0.1;
 // whole.
 constexpr double SegmentShare = 1.0 / 32;
 constexpr double TerminationShare = 1.0 / 4;
-constexpr float BaseStep = 2;          // voxels; two samples each
+constexpr double LargestStep = 2;      // voxels, two samples each
 constexpr float LargestRefinement = 7; // 1/64 voxel
 
 double Now()
@@ -247,7 +247,11 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
     static_cast<float>(this->Transfer.NodesPerUnit), static_cast<float>(this->Transfer.Nodes) };
   const bool controlled = request.Tolerance > 0;
   const double tolerance = request.Tolerance * this->Looseness;
-  parameters.Step = { controlled ? BaseStep : -static_cast<float>(request.SampleDistance),
+  // What the estimate of a segment can't see, because its three samples happen to lie on a line,
+  // falls with the square of the step.
+  const auto baseStep =
+    static_cast<float>(std::clamp(LargestStep * std::sqrt(255 * tolerance), 0.25, LargestStep));
+  parameters.Step = { controlled ? baseStep : -static_cast<float>(request.SampleDistance),
     controlled ? static_cast<float>(tolerance * SegmentShare) : 1.0f,
     controlled ? static_cast<float>(request.Tolerance * TerminationShare) : 1.0e-6f,
     controlled ? LargestRefinement : 0.0f };
@@ -290,7 +294,9 @@ Status VolumeEngine::RunPasses(
   variant.Count = request.CountSamples;
   variant.ShowLevel = request.ShowLevel;
 
-  Feedback feedback;
+  // An interactive frame goes on with the wishes of the one before: without them all that has come
+  // since would be thrown away before the first pass.
+  Feedback feedback = std::exchange(this->Unanswered, {});
   bool waiting = false;
   bool unfinished = true;
   bool drawn = false;
@@ -362,6 +368,10 @@ Status VolumeEngine::RunPasses(
   }
   this->Frame.MissingBricks = feedback.Missed.size();
   // For the next frame: what was missed is asked for now.
+  if (!request.Converge)
+  {
+    this->Unanswered.Missed = feedback.Missed;
+  }
   const FramePlan plan = this->Residency_->Step(feedback, this->Loader->TakeFinished(), order);
   this->Carry(plan);
   return {};

@@ -151,6 +151,7 @@ private:
   std::uint64_t TableVersion = 0;
   TransferTable Transfer;
   FrameStatistics Frame;
+  Feedback Unanswered; ///< what the last interactive frame missed
   std::vector<LoadResult> Failures;
   std::uint64_t BricksUploaded = 0;
   std::uint64_t BytesUploadedBefore = 0;

@@ -71,6 +71,20 @@ bool IsEmpty(float low, float high)
   return low > high || IsEmptyBetween(TransferPosition(low, 0.0), TransferPosition(high, 0.0));
 }
 
+// How far the mean extinction between a sample and a position beyond it is from the sample's own: what
+// a linear piece doesn't see of a field that bulges beyond its ends.
+float ExtinctionBeyond(Sample at, float position)
+{
+  float x = clamp(position, 0.0, u_transfer.w - 1.0);
+  int i = min(int(x), int(u_transfer.w) - 2);
+  precise float f = x - float(i);
+  vec4 a = uintBitsToFloat(texelFetch(u_transferTable, i * int(TRANSFER_TEXELS)));
+  precise float low = a.y + f * (a.z + 0.5 * f * (a.w - a.z));
+  precise float ds = (a.x - at.integralHigh) + (low - at.integralLow);
+  float dx = x - at.x;
+  return abs(dx) >= 0.015625 ? abs(ds / dx - at.s) : 0.0;
+}
+
 struct Piece
 {
   float depth;   // optical depth

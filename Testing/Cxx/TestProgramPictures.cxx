@@ -1,0 +1,187 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The pictures of README.md and of the demo, drawn by the program as the demo draws them, at half
+// the size, and compared with the baselines that README.md shows.
+#include "ImageMetrics.h"
+#include "ProgramRunner.h"
+#include "VTKTestSupport.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPNGReader.h>
+
+namespace
+{
+
+using teravox::test::FreshFileName;
+using teravox::test::Outcome;
+using teravox::test::RunOptions;
+using teravox::test::RunProgram;
+
+constexpr const char* BrainFile = "/usr/share/mricron/templates/ch2better.nii.gz";
+
+/// RGBA in 0...1 with alpha 1; empty if the file can't be read.
+std::vector<float> ReadPicture(const std::string& fileName)
+{
+  if (!std::filesystem::exists(fileName))
+  {
+    return {};
+  }
+  vtkNew<vtkPNGReader> reader;
+  reader->SetFileName(fileName.c_str());
+  reader->Update();
+  vtkImageData* image = reader->GetOutput();
+  const auto* bytes = static_cast<const unsigned char*>(image->GetScalarPointer());
+  const int components = image->GetNumberOfScalarComponents();
+  std::vector<float> picture;
+  for (vtkIdType i = 0; i < image->GetNumberOfPoints(); ++i)
+  {
+    for (int c = 0; c < 3; ++c)
+    {
+      picture.push_back(static_cast<float>(bytes[i * components + c]) / 255.0F);
+    }
+    picture.push_back(1.0F);
+  }
+  return picture;
+}
+
+/// Draws with these arguments and compares with a baseline. Drivers differ in the last bit of a
+/// value; where that moves a value across a rounding of the 8-bit picture, or an edge of the volume
+/// across a pixel, single pixels differ: hence the mean and the 99th percentile, not the maximum.
+nlohmann::json ExpectBaseline(std::vector<std::string> arguments, const std::string& name)
+{
+  const std::string picture = FreshFileName(name + ".png");
+  const std::string stats = FreshFileName(name + ".json");
+  arguments.insert(arguments.begin(), "render");
+  arguments.insert(arguments.begin() + 2, picture);
+  for (const char* more : { "--size", "400", "300", "--stats" })
+  {
+    arguments.emplace_back(more);
+  }
+  arguments.push_back(stats);
+  const Outcome outcome = RunProgram(arguments);
+  EXPECT_EQ(outcome.ExitCode, 0) << outcome.Error;
+  if (outcome.ExitCode != 0)
+  {
+    return {};
+  }
+  const std::string baselineName = std::string(TERAVOX_BASELINES) + "/" + name + ".png";
+  const std::vector<float> drawn = ReadPicture(picture);
+  const std::vector<float> baseline = ReadPicture(baselineName);
+  EXPECT_EQ(drawn.size(), 400u * 300 * 4);
+  EXPECT_EQ(baseline.size(), drawn.size()) << "There is no usable baseline " << baselineName;
+  if (baseline.size() == drawn.size())
+  {
+    const teravox::ImageDifference difference = teravox::CompareImages(drawn, baseline);
+    EXPECT_LE(difference.Mean, 0.5 / 255) << picture;
+    EXPECT_LE(difference.Percentile99, 3.0 / 255) << picture;
+  }
+  const auto json = nlohmann::json::parse(std::ifstream(stats));
+  EXPECT_TRUE(json["converged"]);
+  EXPECT_EQ(json["failed_bricks"], 0);
+  EXPECT_LE(json["gpu_memory_peak"], json["gpu_memory_budget"]);
+  EXPECT_LE(json["host_memory_used"], json["host_memory_budget"]);
+  EXPECT_GT(json["bricks_loaded"], 0);
+  return json;
+}
+
+class ProgramPictures : public ::testing::Test
+{
+protected:
+  void SetUp() override
+  {
+    const char* display = std::getenv("DISPLAY");
+    if (!display || !*display)
+    {
+      GTEST_SKIP() << "There is no display.";
+    }
+  }
+
+  /// The pyramid of the brain, made once. Empty if Debian's mricron-data isn't there.
+  static std::string Brain()
+  {
+    static const std::string file = []
+    {
+      if (!std::filesystem::exists(BrainFile))
+      {
+        return std::string();
+      }
+      std::string name = FreshFileName("brain.h5");
+      const Outcome outcome = RunProgram({ "convert", BrainFile, name, "--quiet" });
+      EXPECT_EQ(outcome.ExitCode, 0) << outcome.Error;
+      return name;
+    }();
+    return file;
+  }
+};
+
+TEST_F(ProgramPictures, Brain)
+{
+  if (Brain().empty())
+  {
+    GTEST_SKIP() << "mricron-data isn't installed.";
+  }
+  const auto stats = ExpectBaseline({ Brain() }, "DemoBrain");
+  EXPECT_LE(stats["bytes_read"], std::filesystem::file_size(Brain()));
+}
+
+TEST_F(ProgramPictures, BrainsFromOutside)
+{
+  if (Brain().empty())
+  {
+    GTEST_SKIP() << "mricron-data isn't installed.";
+  }
+  ExpectBaseline({ Brain(), "--repeat", "32", "32", "32", "--pitch", "320", "384", "320",
+                   "--gpu-memory", "256M", "--host-memory", "512M" },
+    "DemoBrainsOutside");
+}
+
+TEST_F(ProgramPictures, BrainsFromInside)
+{
+  if (Brain().empty())
+  {
+    GTEST_SKIP() << "mricron-data isn't installed.";
+  }
+  ExpectBaseline({ Brain(), "--repeat", "32", "32", "32", "--pitch", "320", "384", "320",
+                   "--gpu-memory", "256M", "--host-memory", "512M", "--camera", "0.5", "0.4844",
+                   "0.5156", "0.53", "0.75", "0.53", "0", "0", "1", "--view-angle", "60" },
+    "DemoBrainsInside");
+}
+
+TEST_F(ProgramPictures, Sponge)
+{
+  ExpectBaseline({ "formula:sponge", "--dimensions", "1073741824", "1073741824", "1073741824",
+                   "--gpu-memory", "256M", "--host-memory", "512M" },
+    "DemoSponge");
+}
+
+TEST_F(ProgramPictures, BudgetTooSmallNamesTheLeastThatWorks)
+{
+  const std::string out = FreshFileName("small.png");
+  const Outcome outcome = RunProgram({ "render", "formula:shells", out, "--gpu-memory", "1M" });
+  EXPECT_EQ(outcome.ExitCode, 1);
+  EXPECT_NE(outcome.Error.find("least"), std::string::npos) << outcome.Error;
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST_F(ProgramPictures, OldOpenGLIsOneClearError)
+{
+  RunOptions options;
+  options.GLVersion = "3.2";
+  const std::string out = FreshFileName("old.png");
+  const Outcome outcome = RunProgram({ "render", "formula:shells", out }, options);
+  EXPECT_EQ(outcome.ExitCode, 1);
+  EXPECT_NE(outcome.Error.find("4.3"), std::string::npos) << outcome.Error;
+  EXPECT_EQ(outcome.Error.find('\n'), outcome.Error.size() - 1) << outcome.Error;
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+} // namespace

@@ -1,0 +1,189 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Contract 9: nothing is ignored in silence. Each inherited property, set to something else than
+// its default, changes the picture or is named in exactly one warning.
+#include "Scene.h"
+#include "vtkOutOfCoreVolumeMapper.h"
+
+#include <functional>
+#include <gtest/gtest.h>
+#include <vtkCommand.h>
+#include <vtkContourValues.h>
+#include <vtkImageData.h>
+#include <vtkLight.h>
+#include <vtkPiecewiseFunction.h>
+#include <vtkPlane.h>
+#include <vtkPlaneCollection.h>
+#include <vtkRenderer.h>
+#include <vtkVolume.h>
+#include <vtkVolumeProperty.h>
+
+using namespace teravox;
+using namespace teravox::test;
+
+namespace
+{
+
+class WarningRecorder : public vtkCommand
+{
+public:
+  static WarningRecorder* New() { return new WarningRecorder; }
+  void Execute(vtkObject*, unsigned long event, void* data) override
+  {
+    (event == vtkCommand::WarningEvent ? this->Warnings : this->Errors)
+      .emplace_back(static_cast<const char*>(data));
+  }
+  std::vector<std::string> Warnings;
+  std::vector<std::string> Errors;
+};
+
+struct Property
+{
+  const char* Name; ///< as it must appear in the warning
+  std::function<void(Stage&)> Set;
+  bool Shade = false;
+};
+
+vtkSmartPointer<vtkImageData> Mask()
+{
+  ImageOptions options;
+  return MakeImage(options, [](double x, double, double) { return x > 0.5 ? 1.0 : 0.0; });
+}
+
+std::vector<Property> Properties()
+{
+  using M = vtkGPUVolumeRayCastMapper;
+  return {
+    { "BlendMode", [](Stage& s) { s.Mapper->SetBlendModeToMaximumIntensity(); } },
+    { "Cropping",
+      [](Stage& s)
+      {
+        s.Mapper->SetCropping(1);
+        s.Mapper->SetCroppingRegionPlanes(10, 20, 10, 20, 10, 20);
+        s.Mapper->SetCroppingRegionFlagsToSubVolume();
+      } },
+    { "ClippingPlanes",
+      [](Stage& s)
+      {
+        vtkNew<vtkPlane> plane;
+        plane->SetOrigin(20, 18, 22);
+        plane->SetNormal(1, 0, 0);
+        s.Mapper->AddClippingPlane(plane);
+      } },
+    { "MaskInput", [](Stage& s) { s.Mapper->SetMaskInput(Mask()); } },
+    { "MaskType", [](Stage& s) { s.Mapper->SetMaskTypeToBinary(); } },
+    { "MaskBlendFactor", [](Stage& s) { s.Mapper->SetMaskBlendFactor(0.5f); } },
+    { "UseJittering", [](Stage& s) { s.Mapper->UseJitteringOn(); } },
+    { "UseDepthPass", [](Stage& s) { s.Mapper->UseDepthPassOn(); } },
+    { "RenderToImage", [](Stage& s) { s.Mapper->RenderToImageOn(); } },
+    { "ClampDepthToBackface", [](Stage& s) { s.Mapper->SetClampDepthToBackface(1); } },
+    { "DepthImageScalarType", [](Stage& s) { s.Mapper->SetDepthImageScalarTypeToUnsignedChar(); } },
+    { "FinalColorWindow", [](Stage& s) { s.Mapper->SetFinalColorWindow(0.5f); } },
+    { "FinalColorLevel", [](Stage& s) { s.Mapper->SetFinalColorLevel(0.2f); } },
+    { "ImageSampleDistance", [](Stage& s) { s.Mapper->SetImageSampleDistance(2); } },
+    { "MinimumImageSampleDistance", [](Stage& s) { s.Mapper->SetMinimumImageSampleDistance(2); } },
+    { "MaximumImageSampleDistance", [](Stage& s) { s.Mapper->SetMaximumImageSampleDistance(5); } },
+    { "AutoAdjustSampleDistances", [](Stage& s) { s.Mapper->SetAutoAdjustSampleDistances(0); } },
+    { "LockSampleDistanceToInputSpacing",
+      [](Stage& s) { s.Mapper->SetLockSampleDistanceToInputSpacing(1); } },
+    { "SampleDistance", [](Stage& s) { s.Mapper->SetSampleDistance(0.3f); } },
+    { "ReportProgress", [](Stage& s) { s.Mapper->SetReportProgress(false); } },
+    { "ColorRangeType", [](Stage& s) { s.Mapper->SetColorRangeType(M::NATIVE); } },
+    { "ScalarOpacityRangeType", [](Stage& s) { s.Mapper->SetScalarOpacityRangeType(M::NATIVE); } },
+    { "GradientOpacityRangeType",
+      [](Stage& s) { s.Mapper->SetGradientOpacityRangeType(M::NATIVE); } },
+    { "Transfer2DYAxisArray", [](Stage& s) { s.Mapper->SetTransfer2DYAxisArray("scalars"); } },
+    { "AverageIPScalarRange", [](Stage& s) { s.Mapper->SetAverageIPScalarRange(3, 100); } },
+    { "GradientOpacity",
+      [](Stage& s)
+      {
+        vtkNew<vtkPiecewiseFunction> function;
+        function->AddPoint(0, 0);
+        function->AddPoint(20, 1);
+        s.Property->SetGradientOpacity(function);
+      } },
+    { "IndependentComponents", [](Stage& s) { s.Property->IndependentComponentsOff(); } },
+    { "ComponentWeight", [](Stage& s) { s.Property->SetComponentWeight(0, 0.5); } },
+    { "UseClippedVoxelIntensity", [](Stage& s) { s.Property->UseClippedVoxelIntensityOn(); } },
+    { "ClippedVoxelIntensity",
+      [](Stage& s)
+      {
+        s.Property->UseClippedVoxelIntensityOn();
+        s.Property->SetClippedVoxelIntensity(50);
+      } },
+    { "SliceFunction",
+      [](Stage& s)
+      {
+        vtkNew<vtkPlane> plane;
+        s.Property->SetSliceFunction(plane);
+      } },
+    { "IsoSurfaceValues", [](Stage& s) { s.Property->GetIsoSurfaceValues()->SetValue(0, 120); } },
+    { "Label", [](Stage& s) { s.Property->SetLabelScalarOpacity(1, s.Opacity); } },
+    { "Lights",
+      [](Stage& s)
+      {
+        vtkNew<vtkLight> light;
+        light->SetLightTypeToSceneLight();
+        light->SetPosition(100, 0, 0);
+        s.Renderer->AddLight(light);
+      },
+      true },
+    // These must change the picture.
+    { "Shade", [](Stage& s) { s.Property->ShadeOn(); } },
+    { "Ambient", [](Stage& s) { s.Property->SetAmbient(0.9); }, true },
+    { "Diffuse", [](Stage& s) { s.Property->SetDiffuse(0.1); }, true },
+    { "Specular", [](Stage& s) { s.Property->SetSpecular(0.9); }, true },
+    { "SpecularPower", [](Stage& s) { s.Property->SetSpecularPower(60); }, true },
+    { "InterpolationType", [](Stage& s) { s.Property->SetInterpolationTypeToNearest(); } },
+    { "ScalarOpacityUnitDistance",
+      [](Stage& s) { s.Property->SetScalarOpacityUnitDistance(0.2); } },
+    { "ScalarOpacity", [](Stage& s) { s.Opacity->AddPoint(120, 1); } },
+    { "Color",
+      [](Stage& s)
+      {
+        vtkNew<vtkPiecewiseFunction> gray;
+        gray->AddPoint(0, 1);
+        gray->AddPoint(255, 0);
+        s.Property->SetColor(gray);
+      } },
+    { "Visibility", [](Stage& s) { s.Volume->SetVisibility(0); } },
+    { "LevelOfDetailBias", [](Stage& s) { s.Mapper->SetLevelOfDetailBias(3); } },
+    { "MinimumLevel", [](Stage& s) { s.Mapper->SetMinimumLevel(1); } },
+    { "ImageErrorTolerance", [](Stage& s) { s.Mapper->SetImageErrorTolerance(0.2); } },
+  };
+}
+
+} // namespace
+
+// All in one process, because each takes a moment only.
+TEST(Contract9, EachPropertyChangesThePictureOrWarnsOnce)
+{
+  for (const Property& property : Properties())
+  {
+    Stage stage(48, 48);
+    stage.Mapper->SetBrickSize(16);
+    stage.SetImage(MakeImage({}));
+    stage.SetTransfer(MakeTransfer(OpacityShape::Ramp));
+    stage.SetShade(property.Shade);
+    stage.Look({ 0.4, 1, -0.3 }, 0.8);
+    vtkNew<WarningRecorder> recorder;
+    stage.Mapper->AddObserver(vtkCommand::WarningEvent, recorder);
+    stage.Mapper->AddObserver(vtkCommand::ErrorEvent, recorder);
+    const std::vector<float> before = stage.DrawPicture();
+    EXPECT_TRUE(recorder->Warnings.empty()) << property.Name << ": " << recorder->Warnings[0];
+    property.Set(stage);
+    const std::vector<float> after = stage.DrawPicture();
+    stage.DrawPicture();
+    const bool changed = !AreImagesIdentical(before, after);
+    int naming = 0;
+    for (const std::string& warning : recorder->Warnings)
+    {
+      naming += warning.find(property.Name) != std::string::npos ? 1 : 0;
+    }
+    EXPECT_TRUE((changed && recorder->Warnings.empty()) || naming == 1)
+      << property.Name << (changed ? ": changed" : ": same picture") << ", " << naming
+      << " warnings by name of " << recorder->Warnings.size();
+    EXPECT_TRUE(recorder->Errors.empty()) << property.Name << ": " << recorder->Errors[0];
+  }
+}

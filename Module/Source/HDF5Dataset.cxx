@@ -335,8 +335,8 @@ Result<ChunkPointer> HDF5Dataset::Read(const Int3& index, const ChunkCache::Rese
     for (int a = 0; a < spatial; ++a)
     {
       const auto i = static_cast<std::size_t>(a);
-      offset.at(static_cast<std::size_t>(spatial - 1 - a)) =
-        static_cast<hsize_t>(index.at(i) * this->Shape.ChunkSize.at(i));
+      const std::int64_t start = index.at(i) * this->Shape.ChunkSize.at(i);
+      offset.at(static_cast<std::size_t>(spatial - 1 - a)) = static_cast<hsize_t>(start);
     }
     const HDF5Lock lock;
     hsize_t size = 0;

@@ -400,16 +400,9 @@ Result<PyramidBuilder::Block> PyramidBuilder::GatherNode(int level, const Int3& 
   {
     return own;
   }
-  Result<Block> result = this->Coarser(level - 1, std::move(fine), own);
-  if (result.Ok())
-  {
-    const Status status = this->StoreLevel(level, result.Value(), 0);
-    if (!status.Ok())
-    {
-      return status;
-    }
-  }
-  return result;
+  Block coarse = this->Coarser(level - 1, fine, own);
+  const Status status = this->StoreLevel(level, coarse, 0);
+  return status.Ok() ? Result<Block>(std::move(coarse)) : Result<Block>(status);
 }
 
 Result<PyramidBuilder::Block> PyramidBuilder::ReadBlock(int level, const Int3& index)
@@ -433,8 +426,7 @@ Result<PyramidBuilder::Block> PyramidBuilder::ReadBlock(int level, const Int3& i
   {
     if (l > 0)
     {
-      Result<Block> next = this->Coarser(l - 1, std::move(block), shape(l));
-      block = std::move(next.Value());
+      block = this->Coarser(l - 1, block, shape(l));
     }
     status = this->StoreLevel(l, block, l == 0 ? block.Voxels.size() : 0);
   }
@@ -463,7 +455,7 @@ Status PyramidBuilder::FillBlock(Block& block)
   }
 }
 
-Result<PyramidBuilder::Block> PyramidBuilder::Coarser(int level, Block fine, const Block& shape)
+PyramidBuilder::Block PyramidBuilder::Coarser(int level, Block& fine, const Block& shape)
 {
   Block coarse = shape;
   Int3 ratio{};
@@ -487,6 +479,7 @@ Result<PyramidBuilder::Block> PyramidBuilder::Coarser(int level, Block fine, con
         BoxView<T>::Dense(reinterpret_cast<T*>(coarse.Voxels.data()), coarse.Size, components));
     });
   this->Released(fine.Voxels.size());
+  std::vector<std::byte>().swap(fine.Voxels);
   return coarse;
 }
 
@@ -534,7 +527,8 @@ Status PyramidBuilder::StoreChunks(int level, const Block& block, std::uint64_t 
   }
   const std::int64_t n = count[0] * count[1] * count[2];
   // Progress is reported, and cancelling noticed, between groups of chunks.
-  const std::int64_t group = progressBytes > 0 ? std::max<std::int64_t>(8, 4 * this->Threads) : n;
+  const std::int64_t group =
+    progressBytes > 0 ? std::max<std::int64_t>(8, std::int64_t{ 4 } * this->Threads) : n;
   std::uint64_t reported = 0;
   for (std::int64_t begin = 0; begin < n; begin += group)
   {

@@ -73,7 +73,8 @@ private:
   Result<Block> GatherNode(int level, const Int3& index);
   Result<Block> ReadBlock(int level, const Int3& index);
   Status FillBlock(Block& block);
-  Result<Block> Coarser(int level, Block fine, const Block& shape);
+  /// The next level of `fine`, whose voxels are freed.
+  Block Coarser(int level, Block& fine, const Block& shape);
   Status StoreLevel(int level, const Block& block, std::uint64_t progressBytes);
   Status StoreChunks(int level, const Block& block, std::uint64_t progressBytes);
   Status StoreCells(int level, const Block& block);

@@ -311,8 +311,12 @@ Status PyramidFileWriter::WriteChunk(
   int level, const Int3& index, const ChunkEncoder::Encoded& chunk)
 {
   const Int3 size = ChunkSize(this->Self.Layout, level);
-  const std::array<hsize_t, 4> offset{ static_cast<hsize_t>(index[2] * size[2]),
-    static_cast<hsize_t>(index[1] * size[1]), static_cast<hsize_t>(index[0] * size[0]), 0 };
+  std::array<hsize_t, 4> offset{ 0, 0, 0, 0 };
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    const std::int64_t start = index.at(a) * size.at(a);
+    offset.at(2 - a) = static_cast<hsize_t>(start);
+  }
   const HDF5Lock lock;
   if (H5Dwrite_chunk(this->Levels[static_cast<std::size_t>(level)].Get(), H5P_DEFAULT,
         chunk.FilterMask, offset.data(), chunk.Size, chunk.Data) < 0)

@@ -12,6 +12,11 @@
 #include "Library/PageWalk.glsl"
 #include "Library/Shade.glsl"
 #include "Library/Segments.glsl"
+#if TERAVOX_NEAREST
+#include "Library/MarchNearest.glsl"
+#else
+#include "Library/MarchLinear.glsl"
+#endif
 
 const int STATUS_NEW = 0;
 const int STATUS_RUNNING = 1;

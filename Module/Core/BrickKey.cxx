@@ -17,7 +17,8 @@ bool BrickKey::operator<(const BrickKey& o) const
 std::string BrickKey::ToString() const
 {
   std::string text = "level " + std::to_string(this->Level) +
-    (this->PageLevel == 0 ? ", brick (" : ", page level " + std::to_string(this->PageLevel) + " (") +
+    (this->PageLevel == 0 ? ", brick ("
+                          : ", page level " + std::to_string(this->PageLevel) + " (") +
     std::to_string(this->X) + ", " + std::to_string(this->Y) + ", " + std::to_string(this->Z) + ")";
   if (this->Time != 0)
   {

@@ -42,8 +42,9 @@ struct BrickKeyHash
   {
     std::uint64_t h = (std::uint64_t{ k.X } << 32 | k.Y) * 0x9E3779B97F4A7C15ull;
     h ^= h >> 29;
-    h = (h + (std::uint64_t{ k.Z } << 32 | std::uint64_t{ k.Volume } << 16 |
-                std::uint64_t{ k.Level } << 8 | k.PageLevel)) *
+    h = (h +
+          (std::uint64_t{ k.Z } << 32 | std::uint64_t{ k.Volume } << 16 |
+            std::uint64_t{ k.Level } << 8 | k.PageLevel)) *
       0xBF58476D1CE4E5B9ull;
     h ^= h >> 32;
     h = (h + (std::uint64_t{ k.Time } << 16 | k.Component)) * 0x94D049BB133111EBull;

@@ -36,15 +36,16 @@ struct VolumeInfo
   ScalarType Type = ScalarType::UInt8;
   int Components = 1;
   int TimeSteps = 1;
-  bool Labels = false;   ///< nearest interpolation, levels by mode
-  bool CellData = false; ///< the bounds cover whole voxels; else they end at the outer voxel centres
+  bool Labels = false; ///< nearest interpolation, levels by mode
+  bool CellData =
+    false; ///< the bounds cover whole voxels; else they end at the outer voxel centres
   /// Range of level 0; Unknown() where nobody knows.
   ValueRange Range;
   /// Counts of level-0 voxels in equal bins over Range; empty where unknown.
   std::vector<double> Histogram;
-  /// World position of the centre of the voxel with index (0,0,0) *of the pyramid*, edge lengths of a
-  /// level-0 voxel, and the direction matrix (rows, as vtkImageData). ExtentStart is the index that
-  /// VTK's image gives to that voxel; Origin already includes it.
+  /// World position of the centre of the voxel with index (0,0,0) *of the pyramid*, edge lengths of
+  /// a level-0 voxel, and the direction matrix (rows, as vtkImageData). ExtentStart is the index
+  /// that VTK's image gives to that voxel; Origin already includes it.
   Double3 Origin{ 0, 0, 0 };
   Double3 Spacing{ 1, 1, 1 };
   std::array<double, 9> Direction{ 1, 0, 0, 0, 1, 0, 0, 0, 1 };
@@ -71,14 +72,16 @@ public:
   virtual Result<BrickPointer> ReadBrick(const BrickKey& key) = 0;
 
   /// Ranges with filter support (BrickBorder voxels on each side) of a box of regions. Region r of
-  /// page level k covers the bricks [r, r+1) * PageBlockEdge^k of pyramid level first.Level. Returns
-  /// count[0]*count[1]*count[2] ranges, x fastest; conservative: may be wider than the truth, never
-  /// narrower, Unknown() where nothing is known. Regions outside the volume are Void().
+  /// page level k covers the bricks [r, r+1) * PageBlockEdge^k of pyramid level first.Level.
+  /// Returns count[0]*count[1]*count[2] ranges, x fastest; conservative: may be wider than the
+  /// truth, never narrower, Unknown() where nothing is known. Regions outside the volume are
+  /// Void().
   virtual Result<std::vector<ValueRange>> ReadRanges(const BrickKey& first, const Int3& count) = 0;
 
   /// Bytes of storage (as stored, compressed) read so far for bricks and ranges; 0 for formulas.
   virtual std::uint64_t BytesRead() const { return 0; }
-  /// Host memory that the source itself holds now (chunk cache, tables), without the user's own data.
+  /// Host memory that the source itself holds now (chunk cache, tables), without the user's own
+  /// data.
   virtual std::uint64_t MemoryUsed() const { return 0; }
   /// A share of the host budget for the source's own caches, in bytes.
   virtual void SetMemoryBudget(std::uint64_t bytes) { static_cast<void>(bytes); }

@@ -70,9 +70,9 @@ decltype(auto) DispatchScalarType(ScalarType type, F&& f)
   }
 }
 
-/// A closed interval of voxel values. Three kinds matter to the renderer: *unknown* (never skipped),
-/// *void* (no value at all, for instance all NaN: contributes nothing) and *single* (one value
-/// everywhere).
+/// A closed interval of voxel values. Three kinds matter to the renderer: *unknown* (never
+/// skipped), *void* (no value at all, for instance all NaN: contributes nothing) and *single* (one
+/// value everywhere).
 struct ValueRange
 {
   double Min = -std::numeric_limits<double>::infinity();

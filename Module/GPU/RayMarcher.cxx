@@ -80,12 +80,12 @@ Result<const GLProgram*> RayMarcher::Program(
 Result<bool> RayMarcher::ProbeFormat(GLenum internalFormat, GLenum type, std::size_t bytes)
 {
   // Two copies of one 4^3 brick at places that differ in all axes.
-  constexpr int edge = 64;
-  constexpr int picture = 64;
+  constexpr std::array<int, 3> size{ 64, 16, 16 };
+  constexpr int picture = 32;
   const std::array<GLint, 3> placeA{ 0, 4, 8 };
-  const std::array<GLint, 3> placeB{ 36, 52, 59 };
+  const std::array<GLint, 3> placeB{ 59, 11, 2 };
   GLTexture texture(
-    this->Memory, GL_TEXTURE_3D, internalFormat, edge, edge, edge, bytes, GL_LINEAR);
+    this->Memory, GL_TEXTURE_3D, internalFormat, size[0], size[1], size[2], bytes, GL_LINEAR);
   std::vector<std::uint8_t> texels(64 * bytes);
   std::uint32_t random = 12345;
   for (std::size_t i = 0; i < 64; ++i)
@@ -116,7 +116,7 @@ Result<bool> RayMarcher::ProbeFormat(GLenum internalFormat, GLenum type, std::si
   }
   const GLProgram& probe = *program.Value();
   glUseProgram(probe.Id());
-  glUniform3f(probe.Uniform("u_scale"), 1.0f / edge, 1.0f / edge, 1.0f / edge);
+  glUniform3f(probe.Uniform("u_scale"), 1.0f / size[0], 1.0f / size[1], 1.0f / size[2]);
   const auto place = [&](const char* name, const std::array<GLint, 3>& p)
   {
     glUniform3f(probe.Uniform(name), static_cast<float>(p[0]), static_cast<float>(p[1]),

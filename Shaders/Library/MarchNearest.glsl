@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// The field is constant in each voxel: one segment per voxel, cut exactly at voxel faces.
+void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float t0, float t1)
+{
+  vec3 inverse = 1.0 / view.direction;
+  ivec3 forward = ivec3(ray.positive);
+  ivec3 last = ivec3(int(u_atlas.w) - 1);
+  ivec3 voxel = clamp(ivec3(floor(LocalPosition(view, t0))), ivec3(0), last);
+  float t = t0;
+  for (int i = 0; i < 16384; ++i)
+  {
+    if (t >= t1 || state.transmittance <= u_step.z)
+    {
+      break;
+    }
+    precise vec3 exits = (vec3(voxel + forward) - view.base) * inverse;
+    float next = min(Minimum(exits), t1);
+    if (next > t)
+    {
+      Sample s = Classify(view, FetchNearest(view, voxel));
+      Piece piece = IntegratePiece(s, s, (next - t) * ray.world);
+      Light light = LightAt(state, view, level, 0.5 * (t + next));
+      Accumulate(state, piece, LitColor(piece, light), NoPiece(), vec3(0.0));
+#if TERAVOX_COUNT
+      state.samples += 1u;
+      state.contributing += piece.depth > 0.0 ? 1u : 0u;
+#endif
+      t = next;
+    }
+    state.steps += 1u;
+    bvec3 passed = lessThanEqual(exits, vec3(t));
+    if (!any(passed))
+    {
+      break; // the end of the interval lies inside this voxel
+    }
+    voxel = clamp(voxel + (forward * 2 - 1) * ivec3(passed), ivec3(-1), last + 1);
+    if (any(lessThan(voxel, ivec3(0))) || any(greaterThan(voxel, last)))
+    {
+      break;
+    }
+  }
+}

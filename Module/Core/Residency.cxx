@@ -48,6 +48,20 @@ void Residency::SetPinned(std::vector<BrickKey> bricks)
   }
 }
 
+void Residency::RetryFailed()
+{
+  this->Table.ClearFailed();
+  for (const BrickKey& block : this->FailedBlocks)
+  {
+    if (this->Table.HasBlock(block))
+    {
+      this->UnmapBlockTree(block);
+    }
+    this->ArrivedBlocks.erase(block);
+  }
+  this->FailedBlocks.clear();
+}
+
 std::uint64_t Residency::ArrivedBytes() const
 {
   std::uint64_t bytes = 0;
@@ -238,7 +252,10 @@ void Residency::Accept(std::vector<LoadResult> finished, FramePlan& plan)
         // Without ranges nothing is known to be empty; the bricks themselves may be readable.
         this->ArrivedBlocks[result.Key] =
           std::make_shared<std::vector<ValueRange>>(PageTable::EntriesPerBlock);
-        plan.Failures.push_back(std::move(result));
+        if (this->FailedBlocks.insert(result.Key).second)
+        {
+          plan.Failures.push_back(std::move(result));
+        }
       }
     }
     else if (result.Key.PageLevel > 0)

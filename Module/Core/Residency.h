@@ -73,6 +73,11 @@ public:
   FramePlan Step(const Feedback& feedback, std::vector<LoadResult> finished, const ViewOrder& order,
     std::size_t limitUploads = ~std::size_t{ 0 });
 
+  /// Forgets all failures of bricks and page blocks, so that they are asked for again.
+  void RetryFailed();
+  /// Page blocks whose ranges couldn't be read: nothing in them is known to be empty.
+  std::size_t NumberOfFailedBlocks() const { return this->FailedBlocks.size(); }
+
   /// The coarsest bricks, always wanted so that there is never a hole.
   void SetPinned(std::vector<BrickKey> bricks);
 
@@ -121,6 +126,7 @@ private:
   std::unordered_map<BrickKey, std::shared_ptr<const std::vector<ValueRange>>, BrickKeyHash>
     ArrivedBlocks;
   std::vector<BrickKey> Pinned;
+  std::unordered_set<BrickKey, BrickKeyHash> FailedBlocks;
   std::unordered_set<BrickKey, BrickKeyHash> ProtectedBlocks;
   std::uint64_t StepNumber = 0;
   std::uint64_t Evictions = 0;

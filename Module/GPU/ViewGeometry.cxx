@@ -296,13 +296,18 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
     static_cast<float>(numerator1 - g.DepthOrigin * denominator1), static_cast<float>(denominator0),
     static_cast<float>(denominator1) };
 
-  // Normals transform with the inverse transpose.
+  // Normals transform with the inverse transpose. Of both only directions matter: scaled by a power
+  // of two, so that squares neither overflow nor vanish in float whatever the world's unit is.
+  const double unit =
+    std::exp2(std::floor(std::log2(std::sqrt(input.DatasetFromVoxel[0] * input.DatasetFromVoxel[0] +
+      input.DatasetFromVoxel[4] * input.DatasetFromVoxel[4] +
+      input.DatasetFromVoxel[8] * input.DatasetFromVoxel[8]))));
   for (std::size_t i = 0; i < 3; ++i)
   {
     for (std::size_t j = 0; j < 3; ++j)
     {
-      g.Parameters.Normal[i][j] = static_cast<float>(voxelFromDataset.Value()[4 * j + i]);
-      g.Parameters.Dataset[i][j] = static_cast<float>(input.DatasetFromVoxel[4 * i + j]);
+      g.Parameters.Normal[i][j] = static_cast<float>(voxelFromDataset.Value()[4 * j + i] * unit);
+      g.Parameters.Dataset[i][j] = static_cast<float>(input.DatasetFromVoxel[4 * i + j] / unit);
     }
   }
   g.Parameters.Eye = ToFloat(difference(Point(voxelFromView, { 0, 0, 0 }), anchor, 1));

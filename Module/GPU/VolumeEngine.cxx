@@ -44,6 +44,7 @@ void VolumeEngine::SetSource(std::shared_ptr<BrickSource> source)
   }
   this->Source_ = std::move(source);
   this->Plan_ = {}; // a new page table with the next frame
+  this->Unanswered = {};
   if (this->Loader)
   {
     this->Loader->SetSource(0, this->Source_);
@@ -364,7 +365,8 @@ Status VolumeEngine::RunPasses(
   }
   if (request.Converge)
   {
-    this->Frame.Converged = this->Table->NumberOfFailed() == 0;
+    this->Frame.Converged =
+      this->Table->NumberOfFailed() == 0 && this->Residency_->NumberOfFailedBlocks() == 0;
   }
   this->Frame.MissingBricks = feedback.Missed.size();
   // For the next frame: what was missed is asked for now.
@@ -482,9 +484,9 @@ void VolumeEngine::ReleaseGraphics()
 
 void VolumeEngine::RetryFailed()
 {
-  if (this->Table)
+  if (this->Residency_)
   {
-    this->Table->ClearFailed();
+    this->Residency_->RetryFailed();
   }
 }
 

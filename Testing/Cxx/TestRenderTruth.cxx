@@ -56,8 +56,8 @@ void ExpectTruth(Stage& stage, BrickSource& source, const std::string& name)
   EXPECT_TRUE(stage.Mapper->IsConverged()) << name;
   const StageTruth truth(stage, source);
   ImageDifference plain;
-  const ImageDifference excess = truth.Excess(picture, 1, &plain);
   const double tolerance = stage.Mapper->GetImageErrorTolerance();
+  const ImageDifference excess = truth.Excess(picture, 0.5 * tolerance, &plain);
   double visible = 0;
   for (std::size_t i = 3; i < picture.size(); i += 4)
   {

@@ -277,7 +277,6 @@ std::vector<float> Stage::DrawPictureWith(vtkVolumeMapper* other)
 
 StageTruth::StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths)
   : Width(stage.Width())
-  , Height(stage.Height())
 {
   const VolumeInfo& info = source.Info();
   std::vector<TruthLevel> levels;
@@ -324,8 +323,8 @@ StageTruth::StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths)
   vtkCamera* camera = stage.Renderer->GetActiveCamera();
   this->Camera = std::make_unique<TruthCamera>(ToMatrix(camera->GetModelViewTransformMatrix()),
     ToMatrix(camera->GetProjectionTransformMatrix(
-      static_cast<double>(this->Width) / static_cast<double>(this->Height), -1, 1)),
-    this->Width, this->Height);
+      static_cast<double>(this->Width) / static_cast<double>(stage.Height()), -1, 1)),
+    this->Width, stage.Height());
   if (stage.Property->GetShade() != 0)
   {
     TruthHeadlight::Material material;
@@ -346,31 +345,43 @@ StageTruth::StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths)
       this->Shading.get(), 1e-5, Invert(prop) });
 }
 
-TruthEnvelope StageTruth::Envelope() const
-{
-  return RenderEnvelope(*this->Scene_, AllPixels(*this->Camera));
-}
-
 ImageDifference StageTruth::Excess(
-  const std::vector<float>& picture, int stride, ImageDifference* plain) const
+  const std::vector<float>& picture, double small, ImageDifference* plain) const
 {
-  std::vector<TruthPixel> pixels;
-  std::vector<float> some;
-  for (int y = 0; y < this->Height; y += stride)
-  {
-    for (int x = 0; x < this->Width; x += stride)
-    {
-      pixels.push_back({ x, y });
-      const float* pixel = picture.data() + 4 * (static_cast<std::size_t>(y) * this->Width + x);
-      some.insert(some.end(), pixel, pixel + 4);
-    }
-  }
-  const TruthEnvelope envelope = RenderEnvelope(*this->Scene_, pixels);
+  const std::vector<TruthPixel> all = AllPixels(*this->Camera);
+  const std::vector<float> center = ToFloat(RenderTruth(*this->Scene_, all));
   if (plain)
   {
-    *plain = CompareImages(some, ToFloat(envelope.Center));
+    *plain = CompareImages(picture, center);
   }
-  return ExcessOverEnvelope(some, ToFloat(envelope.Min), ToFloat(envelope.Max));
+  std::vector<TruthPixel> doubtful;
+  for (const TruthPixel& pixel : all)
+  {
+    const std::size_t at = 4 * (static_cast<std::size_t>(pixel.Y) * this->Width + pixel.X);
+    for (std::size_t c = at; c < at + 4; ++c)
+    {
+      if (!(std::abs(picture[c] - center[c]) <= small))
+      {
+        doubtful.push_back(pixel);
+        break;
+      }
+    }
+  }
+  std::vector<float> low = center;
+  std::vector<float> high = center;
+  const TruthEnvelope envelope = RenderEnvelope(*this->Scene_, doubtful);
+  const std::vector<float> min = ToFloat(envelope.Min);
+  const std::vector<float> max = ToFloat(envelope.Max);
+  for (std::size_t i = 0; i < doubtful.size(); ++i)
+  {
+    const std::size_t at =
+      4 * (static_cast<std::size_t>(doubtful[i].Y) * this->Width + doubtful[i].X);
+    std::copy_n(min.begin() + static_cast<std::ptrdiff_t>(4 * i), 4,
+      low.begin() + static_cast<std::ptrdiff_t>(at));
+    std::copy_n(max.begin() + static_cast<std::ptrdiff_t>(4 * i), 4,
+      high.begin() + static_cast<std::ptrdiff_t>(at));
+  }
+  return ExcessOverEnvelope(picture, low, high);
 }
 
 double BlobField(double x, double y, double z)

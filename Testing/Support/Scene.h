@@ -109,12 +109,11 @@ public:
   StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths = 1);
 
   const TruthScene& Scene() const { return *this->Scene_; }
-  /// The picture's excess over the envelope of 9 rays (the tolerance isn't taken off), over pixels
-  /// with x and y multiples of `stride`.
+  /// The picture's excess over the envelope of 9 rays; the tolerance isn't taken off. Where the
+  /// plain difference is at most `small` the envelope isn't computed and the excess is the plain
+  /// difference, an upper bound. `plain`: differences from the truth itself.
   ImageDifference Excess(
-    const std::vector<float>& picture, int stride = 1, ImageDifference* plain = nullptr) const;
-  /// Smallest and largest truth over 9 rays, minus the truth: widths for other pictures.
-  TruthEnvelope Envelope() const;
+    const std::vector<float>& picture, double small, ImageDifference* plain = nullptr) const;
 
 private:
   std::vector<std::vector<double>> Voxels;
@@ -124,7 +123,6 @@ private:
   std::unique_ptr<TruthShading> Shading;
   std::unique_ptr<TruthScene> Scene_;
   int Width;
-  int Height;
 };
 
 /// What an image is made of, and where it lies.

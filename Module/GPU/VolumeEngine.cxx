@@ -24,8 +24,8 @@ constexpr double ShortPass = 0.1;
 // whole.
 constexpr double SegmentShare = 1.0 / 32;
 constexpr double TerminationShare = 1.0 / 4;
-constexpr double LargestStep = 2;      // voxels, two samples each
-constexpr float LargestRefinement = 7; // 1/64 voxel
+constexpr double LargestStep = 1;      // voxel, two samples each
+constexpr float LargestRefinement = 6; // 1/64 of that
 
 double Now()
 {

@@ -94,6 +94,7 @@ std::uint64_t VolumeEngine::FixedBytes(const ViewState* except, int width, int h
 {
   std::uint64_t bytes =
     ViewState::BytesFor(width, height) + sizeof(MarchParameters) + this->Transfer.SizeInBytes();
+  bytes += 16; // the least that the table of slots takes, where the plan needs none
   const std::uint64_t tiles = 12 * ((static_cast<std::uint64_t>(width) + 31) / 32) *
     ((static_cast<std::uint64_t>(height) + 31) / 32);
   bytes += tiles;

@@ -9,7 +9,11 @@ const float SHADING_WEIGHT = 0.06;
 // function makes invisible are leapt over by whole base steps, which would have added exactly 0.
 void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float t0, float t1)
 {
-  float base = u_step.x > 0.0 ? u_step.x / length(view.direction) : -u_step.x / ray.world;
+  // Scaled by its largest component: squares of voxels per world unit leave the range of a float.
+  vec3 size = abs(view.direction);
+  float largest = max(size.x, max(size.y, size.z));
+  float perVoxel = largest * length(size / largest);
+  float base = u_step.x > 0.0 ? u_step.x / perVoxel : -u_step.x / ray.world;
   float refinement = 0.0;
   float t = t0;
   Sample s0 = SampleAt(view, t0);

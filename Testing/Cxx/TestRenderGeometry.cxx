@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdio>
 #include <gtest/gtest.h>
+#include <ostream>
 #include <vtkCamera.h>
 #include <vtkImageData.h>
 #include <vtkOpenGLGPUVolumeRayCastMapper.h>
@@ -107,6 +108,11 @@ struct Place
   ImageOptions Image;
   bool Moved = false;
 };
+
+void PrintTo(const Place& place, std::ostream* out)
+{
+  *out << place.Name;
+}
 
 std::vector<Place> Places()
 {

@@ -13,6 +13,8 @@
 #include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
+#include <mutex>
+#include <ostream>
 #include <random>
 #include <thread>
 #include <vtkCamera.h>
@@ -49,6 +51,11 @@ struct Scenario
   std::function<std::shared_ptr<BrickSource>()> Source; ///< null: not installed
   std::function<void(Stage&)> Set;
 };
+
+void PrintTo(const Scenario& scenario, std::ostream* out)
+{
+  *out << scenario.Name;
+}
 
 std::shared_ptr<BrickSource> Brain()
 {

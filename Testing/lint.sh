@@ -4,7 +4,8 @@
 #
 # Checks of the sources that need no test program:
 #
-#   lint.sh [build folder]    with a configured build folder, clang-tidy runs as well
+#   lint.sh [build folder]    with a configured build folder, clang-tidy runs as well, on all
+#                             sources or on those whose path matches TERAVOX_TIDY
 #
 # Prints each finding; the exit code is 0 only if there is none.
 set -uo pipefail
@@ -73,7 +74,8 @@ done < <(printf '%s\n' "${existing[@]}" | grep -E '\.sh$|^\.ci/run$')
 
 # clang-tidy on every file that the build compiles.
 if [ -n "$build" ] && [ -f "$build/compile_commands.json" ]; then
-  mapfile -t compiled < <(printf '%s\n' "${sources[@]}" | grep -E '\.cxx$' | while IFS= read -r file; do
+  mapfile -t compiled < <(printf '%s\n' "${sources[@]}" |
+    grep -E '\.cxx$' | grep -E "${TERAVOX_TIDY:-.}" | while IFS= read -r file; do
     grep -qF "\"$PWD/$file\"" "$build/compile_commands.json" && echo "$file"
   done)
   echo "lint: clang-tidy on ${#compiled[@]} files"

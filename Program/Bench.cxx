@@ -102,7 +102,7 @@ Status Measure(const BenchOptions& options, Measurement& m)
   window->SetSize(options.Size[0], options.Size[1]);
   window->AddRenderer(renderer);
   vtkCamera* camera = renderer->GetActiveCamera();
-  const Status placed = PlaceCamera(camera, CameraOptions(), volume->GetBounds(),
+  Status placed = PlaceCamera(camera, CameraOptions(), volume->GetBounds(),
     static_cast<double>(options.Size[0]) / options.Size[1], 1.0);
   if (!placed.Ok())
   {
@@ -191,7 +191,7 @@ void PrintJson(const BenchOptions& options, const std::vector<Measurement>& all)
 
 Status RunBench(const BenchOptions& options)
 {
-  const Status display = CheckDisplay();
+  Status display = CheckDisplay();
   if (!display.Ok())
   {
     return display;
@@ -199,7 +199,7 @@ Status RunBench(const BenchOptions& options)
   if (!options.Only.empty())
   {
     auto m = MeasurementOf(options.Only);
-    const Status status = m.Ok() ? Measure(options, m.Value()) : m.GetStatus();
+    Status status = m.Ok() ? Measure(options, m.Value()) : m.GetStatus();
     if (status.Ok())
     {
       fmt::print("{} {}\n", m.Value().FirstSeconds, m.Value().MedianSeconds);
@@ -217,7 +217,7 @@ Status RunBench(const BenchOptions& options)
         m.Mapper = mapper;
         m.VolumeSize = size;
         m.Shade = shade;
-        const Status status = MeasureApart(options, m);
+        Status status = MeasureApart(options, m);
         if (!status.Ok())
         {
           return status;

@@ -26,10 +26,10 @@ void DepthRange(vtkCamera* camera, const double bounds[6], double& nearest, doub
   camera->GetDirectionOfProjection(direction);
   nearest = std::numeric_limits<double>::infinity();
   farthest = -nearest;
-  for (int corner = 0; corner < 8; ++corner)
+  for (std::size_t corner = 0; corner < 8; ++corner)
   {
     double depth = 0.0;
-    for (int a = 0; a < 3; ++a)
+    for (std::size_t a = 0; a < 3; ++a)
     {
       depth += direction[a] * (bounds[2 * a + (corner >> a & 1)] - position[a]);
     }
@@ -44,7 +44,7 @@ void PlaceAround(
   vtkCamera* camera, const CameraOptions& options, const double bounds[6], double aspect)
 {
   double center[3];
-  for (int a = 0; a < 3; ++a)
+  for (std::size_t a = 0; a < 3; ++a)
   {
     center[a] = 0.5 * (bounds[2 * a] + bounds[2 * a + 1]);
   }
@@ -63,10 +63,10 @@ void PlaceAround(
   const double slope = std::tan(vtkMath::RadiansFromDegrees(0.5 * options.ViewAngle));
   double distance = 0.0;
   double scale = 0.0;
-  for (int corner = 0; corner < 8; ++corner)
+  for (std::size_t corner = 0; corner < 8; ++corner)
   {
     double p[3];
-    for (int a = 0; a < 3; ++a)
+    for (std::size_t a = 0; a < 3; ++a)
     {
       p[a] = bounds[2 * a + (corner >> a & 1)] - center[a];
     }
@@ -137,7 +137,7 @@ Status PlaceCamera(vtkCamera* camera, const CameraOptions& options, const double
   camera->SetParallelProjection(options.Parallel ? 1 : 0);
   if (options.Given)
   {
-    const Status status = PlaceGiven(camera, options, bounds);
+    Status status = PlaceGiven(camera, options, bounds);
     if (!status.Ok())
     {
       return status;

@@ -84,7 +84,7 @@ if [ "$quick" = no ]; then
   # A race stops the test; OpenMP's own runtime isn't instrumented, hence one thread for it.
   export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1
   stage "Address and undefined-behaviour sanitizers" \
-    sanitized_tests address,undefined "$build/asan" "^(core|source|truth)$"
+    sanitized_tests address,undefined "$build/asan" "^(core|source|truth|shader)$"
   OMP_NUM_THREADS=1 stage "Thread sanitizer" \
     sanitized_tests thread "$build/tsan" "^(core|source)$"
 fi

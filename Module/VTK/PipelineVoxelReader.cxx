@@ -48,7 +48,7 @@ Result<std::shared_ptr<PipelineVoxelReader>> PipelineVoxelReader::Make(
   vtkAlgorithm* producer, int port, const Options& options)
 {
   auto reader = std::make_shared<PipelineVoxelReader>(producer, port, options);
-  const Status status = reader->Open();
+  Status status = reader->Open();
   if (!status.Ok())
   {
     return status;
@@ -282,7 +282,7 @@ Status PipelineVoxelReader::ReadBox(const Int3& start, const Int3& size, void* o
     for (std::int64_t y = 0; y < size[1]; y += rows)
     {
       const Int3 piece{ size[0], std::min(rows, size[1] - y), std::min(slices, size[2] - z) };
-      const Status status = this->ReadPiece({ start[0], start[1] + y, start[2] + z }, piece, to);
+      Status status = this->ReadPiece({ start[0], start[1] + y, start[2] + z }, piece, to);
       if (!status.Ok())
       {
         return status;

@@ -131,8 +131,10 @@ void FillLabels(
   opacity->AddPoint(0.0, 0.0);
   opacity->AddPoint(0.5, 0.0);
   opacity->AddPoint(1.0, 0.6);
-  for (double label = first; label <= last; label += 1.0)
+  const int count = static_cast<int>(last - first) + 1;
+  for (int i = 0; i < count; ++i)
   {
+    const double label = first + i;
     constexpr double goldenRatio = 0.6180339887498949;
     double whole = 0.0;
     color->AddHSVPoint(label, std::modf(label * goldenRatio, &whole), 0.65, 0.95);

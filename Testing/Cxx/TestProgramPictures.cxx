@@ -84,7 +84,7 @@ nlohmann::json ExpectBaseline(std::vector<std::string> arguments, const std::str
     EXPECT_LE(difference.Mean, 0.5 / 255) << picture;
     EXPECT_LE(difference.Percentile99, 3.0 / 255) << picture;
   }
-  const auto json = nlohmann::json::parse(std::ifstream(stats));
+  auto json = nlohmann::json::parse(std::ifstream(stats));
   EXPECT_TRUE(json["converged"]);
   EXPECT_EQ(json["failed_bricks"], 0);
   EXPECT_LE(json["gpu_memory_peak"], json["gpu_memory_budget"]);

@@ -136,10 +136,9 @@ TEST(VTKLazyImage, EverySubExtentEqualsThatPartOfTheWhole)
     long long size[3];
     holder->GetPresentedFirstVoxel(first);
     holder->GetPresentedDimensions(size);
-    for (int a = 0; a < 3; ++a)
+    for (std::size_t a = 0; a < 3; ++a)
     {
-      EXPECT_EQ(
-        first[a], extent[2 * a] - f.Source->Info().ExtentStart[static_cast<std::size_t>(a)]);
+      EXPECT_EQ(first[a], extent[2 * a] - f.Source->Info().ExtentStart[a]);
       EXPECT_EQ(size[a], extent[2 * a + 1] - extent[2 * a] + 1);
     }
   }

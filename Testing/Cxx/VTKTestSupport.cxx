@@ -9,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 #include <random>
+#include <system_error>
 #include <unistd.h>
 #include <utility>
 #include <vtkCellData.h>
@@ -145,12 +146,37 @@ vtkSmartPointer<vtkImageData> MakeRandomImage(
   return image;
 }
 
+namespace
+{
+
+/// The folder of this process; gone when it ends.
+class TemporaryFolder
+{
+public:
+  TemporaryFolder()
+    : Path(std::filesystem::temp_directory_path() / ("teravox-test-" + std::to_string(getpid())))
+  {
+    std::filesystem::create_directories(this->Path);
+  }
+  ~TemporaryFolder()
+  {
+    std::error_code error;
+    std::filesystem::remove_all(this->Path, error);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  TemporaryFolder(TemporaryFolder&&) = delete;
+  TemporaryFolder& operator=(TemporaryFolder&&) = delete;
+
+  const std::filesystem::path Path;
+};
+
+} // namespace
+
 std::string FreshFileName(const std::string& name)
 {
-  const auto folder =
-    std::filesystem::temp_directory_path() / ("teravox-test-" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  const auto file = folder / name;
+  static const TemporaryFolder folder;
+  const auto file = folder.Path / name;
   std::filesystem::remove_all(file);
   return file.string();
 }

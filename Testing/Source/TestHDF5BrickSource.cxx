@@ -350,7 +350,7 @@ public:
   {
     const bool low = x < Corner && y < Corner && z < Corner;
     const bool high = x >= Size - Corner && y >= Size - Corner && z >= Size - Corner;
-    return low || high ? static_cast<std::uint16_t>(1 + (x * 3 + y * 5 + z * 7) % 1000) : 0;
+    return static_cast<std::uint16_t>(low || high ? 1 + (x * 3 + y * 5 + z * 7) % 1000 : 0);
   }
   Status ReadBox(const Int3& start, const Int3& size, void* out) override
   {

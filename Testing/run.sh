@@ -54,11 +54,13 @@ fixed_addresses() {
   fi
 }
 
-sanitized_tests() { # sanitized_tests <sanitizers> <folder> <labels>
-  configure "$2" -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -g" \
-    -DTERAVOX_BUILD_VTK=OFF -DTERAVOX_SANITIZE="$1" -DTERAVOX_WARNINGS_AS_ERRORS=OFF &&
-    cmake --build "$2" -j "$jobs" -- --quiet &&
-    (cd "$2" && fixed_addresses ctest -j "$jobs" -L "$3" --output-on-failure --no-tests=error \
+sanitized_tests() { # sanitized_tests <sanitizers> <folder> <labels> <targets>...
+  local sanitizers=$1 folder=$2 labels=$3
+  shift 3
+  configure "$folder" -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -g" \
+    -DTERAVOX_BUILD_VTK=OFF -DTERAVOX_SANITIZE="$sanitizers" -DTERAVOX_WARNINGS_AS_ERRORS=OFF &&
+    cmake --build "$folder" -j "$jobs" --target "$@" -- --quiet &&
+    (cd "$folder" && fixed_addresses ctest -j "$jobs" -L "$labels" --output-on-failure --no-tests=error \
       --timeout 900 | grep -v ' Passed ')
 }
 
@@ -84,9 +86,9 @@ if [ "$quick" = no ]; then
   # A race stops the test; OpenMP's own runtime isn't instrumented, hence one thread for it.
   export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1
   stage "Address and undefined-behaviour sanitizers" \
-    sanitized_tests address,undefined "$build/asan" "^(core|source|truth|shader)$"
+    sanitized_tests address,undefined "$build/asan" "^(core|truth)$" TestCore TestTruth
   OMP_NUM_THREADS=1 stage "Thread sanitizer" \
-    sanitized_tests thread "$build/tsan" "^(core|source)$"
+    sanitized_tests thread "$build/tsan" "^core$" TestCore
 fi
 
 if [ "${#failed[@]}" -gt 0 ]; then

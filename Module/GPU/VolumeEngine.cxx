@@ -173,7 +173,7 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
   return {};
 }
 
-Status VolumeEngine::PinCoarsest()
+void VolumeEngine::PinCoarsest()
 {
   const PyramidLayout& layout = this->Source_->Info().Layout;
   const int level = layout.NumberOfLevels() - 1;
@@ -195,7 +195,6 @@ Status VolumeEngine::PinCoarsest()
     }
   }
   this->Residency_->SetPinned(std::move(bricks));
-  return {};
 }
 
 Status VolumeEngine::Prepare(const FrameRequest& request)

@@ -126,7 +126,7 @@ public:
 private:
   Status Prepare(const FrameRequest& request);
   Status PrepareAtlas(const FrameRequest& request);
-  Status PinCoarsest();
+  void PinCoarsest();
   void PrepareLoader();
   void FillParameters(const FrameRequest& request, MarchParameters& parameters) const;
   Status RunPasses(const FrameRequest& request, ViewState& view, MarchParameters& parameters,

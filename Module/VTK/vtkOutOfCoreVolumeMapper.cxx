@@ -326,9 +326,8 @@ Drawn PlaceByImage(vtkImageData* image, vtkBrickSource* holder)
 } // namespace
 
 // Finds what is to be drawn; an empty source and a message if there is nothing.
-static Drawn FindDrawn(vtkOutOfCoreVolumeMapper* self, vtkBrickSource* explicitSource,
-  vtkImageData* image, vtkDataArray* scalars, int cellFlag,
-  const std::function<std::shared_ptr<teravox::BrickSource>(std::string&)>& ofArray,
+static Drawn FindDrawn(vtkBrickSource* explicitSource, vtkImageData* image, vtkDataArray* scalars,
+  int cellFlag, const std::function<std::shared_ptr<teravox::BrickSource>(std::string&)>& ofArray,
   std::string& error)
 {
   if (explicitSource)
@@ -358,7 +357,6 @@ static Drawn FindDrawn(vtkOutOfCoreVolumeMapper* self, vtkBrickSource* explicitS
   const double half = drawn.CellData ? 0.0 : 0.5;
   drawn.DatasetFromVoxel = teravox::Multiply(ImageToDataset(image),
     ScaleAndShift({ 1, 1, 1 }, { extent[0] - half, extent[2] - half, extent[4] - half }));
-  static_cast<void>(self);
   return drawn;
 }
 
@@ -388,7 +386,7 @@ double* vtkOutOfCoreVolumeMapper::GetBounds()
     }
   }
   const Drawn drawn = FindDrawn(
-    this, in.Explicit, image, scalars, cellFlag, [](std::string&) { return nullptr; }, error);
+    in.Explicit, image, scalars, cellFlag, [](std::string&) { return nullptr; }, error);
   if (!drawn.Source)
   {
     vtkMath::UninitializeBounds(this->Bounds);
@@ -691,7 +689,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     return in.OfArray;
   };
   std::string error;
-  const Drawn drawn = FindDrawn(this, in.Explicit, image, scalars, cellFlag, ofArray, error);
+  const Drawn drawn = FindDrawn(in.Explicit, image, scalars, cellFlag, ofArray, error);
   if (!drawn.Source)
   {
     fail(error);

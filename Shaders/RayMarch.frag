@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// One pass of one ray: brick after brick, front to back, until the ray ends, a brick is missing or the
-// pass has been long enough. What a pass hands to the next is colour, transmittance, the integer
-// position and the interval; everything else is computed again (contract 1b).
+// One pass of one ray: brick after brick, front to back, until the ray ends, a brick is missing or
+// the pass has been long enough. What a pass hands to the next is colour, transmittance, the
+// integer position and the interval; everything else is computed again (contract 1b).
 #include "Shared/Layout.glsl"
 #include "Variant.glsl"
 #include "Library/Bindings.glsl"
@@ -14,6 +14,8 @@
 #include "Library/Segments.glsl"
 #if TERAVOX_NEAREST
 #include "Library/MarchNearest.glsl"
+#elif TERAVOX_FIXED_STEP
+#include "Library/MarchFixed.glsl"
 #else
 #include "Library/MarchLinear.glsl"
 #endif
@@ -21,11 +23,13 @@
 const int STATUS_NEW = 0;
 const int STATUS_RUNNING = 1;
 const int STATUS_DONE = 2;
+const int STATUS_LOCATE = 3; // at the begin of the level
 
-// The finest ancestor that can be drawn instead: resident (interactive), or readable (a failed brick:
-// requested and waited for). Returns false if the ray has to wait.
-bool FindAncestor(inout Found found, int level, uvec3 brick, float weight, out int drawnLevel,
-  out uvec3 drawnBrick)
+#if TERAVOX_INTERACTIVE || TERAVOX_SUBSTITUTE
+// The finest ancestor that can be drawn instead: resident (interactive), or readable (a failed
+// brick: requested and waited for). Returns false if the ray has to wait.
+bool FindAncestor(
+  inout Found found, int level, uvec3 brick, float weight, out int drawnLevel, out uvec3 drawnBrick)
 {
   bool failed = found.kind == FOUND_FAILED;
   drawnLevel = level;
@@ -40,7 +44,7 @@ bool FindAncestor(inout Found found, int level, uvec3 brick, float weight, out i
       break;
     }
     uvec3 coarse = fine / u_levelFactor[l].xyz;
-    Found at = Translate(l, coarse);
+    Found at = Translate(LoadLevel(l), coarse);
     if (at.kind == FOUND_MAPPED || at.kind == FOUND_SINGLE || at.kind == FOUND_EMPTY)
     {
       found = at;
@@ -66,18 +70,19 @@ bool FindAncestor(inout Found found, int level, uvec3 brick, float weight, out i
   }
   return !wait;
 }
+#endif
 
 void main()
 {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
-  ivec4 position = imageLoad(u_positionState, pixel);
+  ivec4 position = texelFetch(u_positionBefore, pixel, 0);
   int status = (position.w >> 16) & 3;
   if (status == STATUS_DONE)
   {
     return;
   }
   vec4 intervals = texelFetch(u_intervals, pixel, 0);
-  vec4 accumulated = imageLoad(u_colorState, pixel);
+  vec4 accumulated = texelFetch(u_colorBefore, pixel, 0);
   Ray ray = MakeRay(gl_FragCoord.xy);
 
   State state;
@@ -93,12 +98,16 @@ void main()
   int interval = (position.w >> 8) & 255;
   int level = position.w & 255;
   uvec3 brick = uvec3(position.xyz);
-  bool enter = status == STATUS_NEW;
-  status = STATUS_RUNNING;
+  bool enter = status == STATUS_NEW;              // an interval
+  bool locate = enter || status == STATUS_LOCATE; // the brick isn't known
   bool waiting = false;
+#if !TERAVOX_INTERACTIVE
+  bool missing = false; // the brick that it waits for is `brick`
+#endif
+  status = STATUS_RUNNING;
 
-  // A brick without a sample costs about as much as 16 steps, and llvmpipe counts all iterations.
-  for (int i = 0; i < 1024; ++i)
+  // Span after span: an interval, or what a level has of it.
+  for (int span = 0; span < 256; ++span)
   {
     if (status == STATUS_DONE || waiting || state.steps >= u_limits.x)
     {
@@ -106,128 +115,141 @@ void main()
     }
     float begin = interval == 0 ? intervals.x : intervals.z;
     float end = interval == 0 ? intervals.y : intervals.w;
-    if (enter)
+    level = enter ? LevelAt(begin) : level;
+    Level here = LoadLevel(level);
+    float last = end;
+    begin = max(begin, here.begin);
+    end = min(end, here.end);
+    brick = locate ? BrickAt(ray, here, begin) : brick;
+    bool running = begin < end;
+    enter = false;
+    locate = false;
+    for (int visit = 0; visit < 1024; ++visit)
     {
-      if (!(begin < end))
+      if (!running || waiting || state.steps >= u_limits.x)
       {
-        interval += 1;
-        status = interval > 1 ? STATUS_DONE : status;
-        continue;
+        break;
       }
-      level = LevelAt(begin);
-      brick = BrickAt(ray, level, begin);
-      enter = false;
-    }
-    vec3 exits = ExitDepths(ray, level, brick);
-    float levelEnd = LevelEnd(level);
-    float levelBegin = level > int(u_levels.y) ? u_levelStart[level].x : begin;
-    float t0 = max(max(Maximum(EntryDepths(ray, level, brick)), levelBegin), begin);
-    float brickEnd = min(Minimum(exits), levelEnd);
-    float t1 = min(brickEnd, end);
-    float leave = brickEnd; // depth at which the next brick begins
-    state.steps += 16u;
-
-    Found found = Translate(level, brick);
-    int drawnLevel = level;
-    uvec3 drawnBrick = brick;
-#if TERAVOX_INTERACTIVE
-    if (found.kind == FOUND_MISSING)
-    {
-      Request(level, brick, state.transmittance);
-    }
-    bool substitute = found.kind == FOUND_FAILED || found.kind == FOUND_MISSING;
-#else
-    bool substitute = found.kind == FOUND_FAILED;
-    if (found.kind == FOUND_MISSING)
-    {
-      Request(level, brick, state.transmittance);
-      waiting = true;
-    }
+      // The next brick that isn't empty. What is done for it is outside this loop: drivers on the
+      // CPU execute what any ray of a group needs.
+      Found found = Nothing();
+      uvec3 current = brick;
+      float t0 = begin;
+      float t1 = begin;
+      bool held = false; // there is one
+      for (int i = 0; i < 1024; ++i)
+      {
+        if (!running)
+        {
+          break;
+        }
+        vec3 exits = ExitDepths(ray, here, brick);
+        float leave = Minimum(exits); // depth at which the next brick begins
+        current = brick;
+        t0 = max(Maximum(EntryDepths(ray, here, brick)), begin);
+        t1 = min(leave, end);
+        found = Translate(here, brick);
+        bool empty = found.kind == FOUND_EMPTY;
+        bool leap = empty && found.region > 0;
+        if (leap)
+        {
+          // The exit of the whole empty region.
+          uint shift = PAGE_SHIFT * uint(found.region);
+          uvec3 first = (brick >> shift) << shift;
+          uvec3 face = min(first + (ray.positive << shift), here.bricks);
+          leave = Minimum(FaceDepths(ray, here, face));
+        }
+        ivec3 move = (ivec3(ray.positive) * 2 - 1) * ivec3(lessThanEqual(exits, vec3(leave)));
+        ivec3 next = leap ? ivec3(BrickAt(ray, here, leave)) : ivec3(brick) + move;
+        bool outside = any(lessThan(next, ivec3(0))) ||
+          any(greaterThanEqual(next, ivec3(here.bricks))) ||
+          next == ivec3(brick); // only where a rounding error passed the last face of the volume
+        // A brick without a sample costs about as much as 16 steps, and llvmpipe counts iterations.
+        state.steps += 16u;
+        held = !empty;
+#if !TERAVOX_INTERACTIVE
+        missing = found.kind == FOUND_MISSING;
+        waiting = missing;
 #endif
+        if (waiting)
+        {
+          break;
+        }
+        running = leave < end && !outside;
+        brick = running ? uvec3(next) : brick;
+        // The rest of the interval lies outside, too.
+        end = outside ? -3.0e38 : end;
+        if (held || !running || state.steps >= u_limits.x)
+        {
+          break;
+        }
+      }
+      if (held && !waiting)
+      {
+        int drawnLevel = level;
+        uvec3 drawnBrick = current;
 #if TERAVOX_INTERACTIVE || TERAVOX_SUBSTITUTE
-    if (substitute)
-    {
-      waiting =
-        !FindAncestor(found, level, brick, state.transmittance, drawnLevel, drawnBrick);
-    }
+#if TERAVOX_INTERACTIVE
+        if (found.kind == FOUND_MISSING)
+        {
+          Request(level, current, state.transmittance);
+        }
+        bool substitute = found.kind == FOUND_FAILED || found.kind == FOUND_MISSING;
+#else
+        bool substitute = found.kind == FOUND_FAILED;
 #endif
-    if (waiting)
-    {
-      break;
-    }
+        if (substitute)
+        {
+          waiting =
+            !FindAncestor(found, level, current, state.transmittance, drawnLevel, drawnBrick);
+          // It is this brick that the next pass goes on with.
+          brick = waiting ? current : brick;
+        }
+#endif
 #if TERAVOX_SHOW_LEVEL
-    float before = state.transmittance;
+        float before = state.transmittance;
 #endif
-    if (found.kind == FOUND_MAPPED)
-    {
-      BrickView view = ViewBrick(ray, drawnLevel, drawnBrick, found.slot);
-      IntegrateBrick(state, ray, view, drawnLevel, t0, t1);
-    }
-    else if (found.kind == FOUND_SINGLE)
-    {
-      IntegrateConstant(state, ray, TransferPosition(found.low, found.high), t0, t1);
-    }
-    else if (found.region > 0)
-    {
-      // The exit of the whole empty region.
-      uint shift = PAGE_SHIFT * uint(found.region);
-      uvec3 first = (brick >> shift) << shift;
-      uvec3 face = min(first + (ray.positive << shift), u_levelBricks[level].xyz);
-      exits = FaceDepths(ray, level, face);
-      leave = min(Minimum(exits), levelEnd);
-    }
+        if (found.kind == FOUND_MAPPED)
+        {
+          BrickView view = ViewBrick(ray, drawnLevel, drawnBrick, found.slot);
+          IntegrateBrick(state, ray, view, drawnLevel, t0, t1);
+        }
+        else if (found.kind == FOUND_SINGLE)
+        {
+          IntegrateConstant(state, ray, TransferPosition(found.low, found.high), t0, t1);
+        }
 #if TERAVOX_SHOW_LEVEL
-    if (state.transmittance < before)
-    {
-      state.color = vec3(float(level + 1) / float(MAXIMUM_LEVELS));
-      state.transmittance = 0.0;
-    }
+        if (state.transmittance < before)
+        {
+          state.color = vec3(float(level + 1) / float(MAXIMUM_LEVELS));
+          state.transmittance = 0.0;
+        }
 #endif
+        running = running && state.transmittance > u_step.z;
+      }
+    }
     if (state.transmittance <= u_step.z)
     {
       status = STATUS_DONE;
     }
-    else if (leave >= end)
+    else if (!running && !waiting)
     {
-      interval += 1;
-      enter = true;
+      // The next level, if the interval goes on there; else the next interval.
+      bool deeper = end == here.end && here.end < last;
+      enter = !deeper;
+      locate = true;
+      interval += deeper ? 0 : 1;
       status = interval > 1 ? STATUS_DONE : status;
-    }
-    else if (levelEnd <= leave)
-    {
-      level = LevelAt(levelEnd);
-      brick = BrickAt(ray, level, levelEnd);
-    }
-    else if (found.region > 0 && found.kind == FOUND_EMPTY)
-    {
-      uvec3 next = BrickAt(ray, level, leave);
-      if (next == brick)
-      {
-        // Only where the last face of the volume was passed by a rounding error.
-        interval += 1;
-        enter = true;
-        status = interval > 1 ? STATUS_DONE : status;
-      }
-      brick = next;
-    }
-    else
-    {
-      ivec3 move = (ivec3(ray.positive) * 2 - 1) * ivec3(lessThanEqual(exits, vec3(leave)));
-      ivec3 next = ivec3(brick) + move;
-      if (any(lessThan(next, ivec3(0))) ||
-        any(greaterThanEqual(next, ivec3(u_levelBricks[level].xyz))))
-      {
-        interval += 1;
-        enter = true;
-        status = interval > 1 ? STATUS_DONE : status;
-      }
-      else
-      {
-        brick = uvec3(next);
-      }
+      level = deeper ? level + 1 : level;
     }
   }
 
+#if !TERAVOX_INTERACTIVE
+  if (missing)
+  {
+    Request(level, brick, state.transmittance);
+  }
+#endif
   if (status != STATUS_DONE)
   {
     b_feedback[waiting ? FEEDBACK_WAITING : FEEDBACK_UNFINISHED] = 1u;
@@ -239,6 +261,9 @@ void main()
   atomicAdd(b_feedback[FEEDBACK_CONTRIBUTING], state.contributing);
 #endif
   imageStore(u_colorState, pixel, vec4(state.color, state.transmittance));
-  imageStore(u_positionState, pixel,
-    ivec4(ivec3(brick), level | (interval << 8) | ((enter && status == STATUS_RUNNING ? STATUS_NEW : status) << 16)));
+  if (status == STATUS_RUNNING)
+  {
+    status = enter ? STATUS_NEW : locate ? STATUS_LOCATE : STATUS_RUNNING;
+  }
+  imageStore(u_positionState, pixel, ivec4(ivec3(brick), level | (interval << 8) | (status << 16)));
 }

@@ -5,8 +5,11 @@
 #ifndef TERAVOX_NEAREST
 #define TERAVOX_NEAREST 0 // nearest interpolation: one segment per voxel
 #endif
-#ifndef TERAVOX_DRIVER_FILTER
-#define TERAVOX_DRIVER_FILTER 0 // the driver's linear filter was found exact; else eight fetches
+#ifndef TERAVOX_FIXED_STEP
+#define TERAVOX_FIXED_STEP 0 // steps of a given length; else as long as the error allows
+#endif
+#ifndef TERAVOX_BUFFER_ATLAS
+#define TERAVOX_BUFFER_ATLAS 0 // the atlas is a buffer texture; else a 3-D texture
 #endif
 #ifndef TERAVOX_FLOAT_DATA
 #define TERAVOX_FLOAT_DATA 1 // voxels may be NaN

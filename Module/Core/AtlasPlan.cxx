@@ -46,51 +46,59 @@ AtlasPlan Complete(
   return plan;
 }
 
-std::int64_t PowerOfTwoAtLeast(std::int64_t n)
+// The most slots within the budget, one after the other in a buffer texture; the least atlas if
+// none fit.
+AtlasPlan PlanBuffer(
+  const PyramidLayout& layout, const AtlasRequest& request, std::int64_t useful, bool& fits)
 {
-  std::int64_t p = 1;
-  while (p < n)
+  const std::int64_t edge = layout.StoredSize();
+  const auto with = [&](std::int64_t slots)
   {
-    p *= 2;
+    AtlasPlan plan = Complete(layout, request, { slots, 1, 1 }, { slots * edge, edge, edge });
+    plan.Buffer = true;
+    return plan;
+  };
+  const auto fit = [&](std::int64_t slots)
+  { return with(slots).TotalBytes() + request.ReservedBytes <= request.BudgetBytes; };
+  std::int64_t low = SmallestAtlas;
+  std::int64_t high = std::min(useful, request.MaximumBufferTexels / (edge * edge * edge));
+  fits = fit(low);
+  while (fits && low < high)
+  {
+    const std::int64_t middle = low + (high - low + 1) / 2;
+    if (fit(middle))
+    {
+      low = middle;
+    }
+    else
+    {
+      high = middle - 1;
+    }
   }
-  return p;
+  return with(low);
 }
-} // namespace
 
-Result<AtlasPlan> PlanAtlas(const PyramidLayout& layout, const AtlasRequest& request)
+// The same with slots side by side in a 3-D texture.
+AtlasPlan PlanTexture(
+  const PyramidLayout& layout, const AtlasRequest& request, std::int64_t useful, bool& fits)
 {
   const std::int64_t edge = layout.StoredSize();
   const std::int64_t most = request.MaximumTextureSize / edge;
-  const std::int64_t useful = std::max<std::int64_t>(
-    SmallestAtlas, std::min<std::int64_t>(layout.TotalBricks(), request.MaximumSlots));
-  bool found = false;
+  fits = false;
   AtlasPlan best;
   AtlasPlan least;
-  // Candidates per axis: with powers of two every edge that holds a slot; else every count.
-  const auto sizeFor = [&](std::int64_t count)
-  { return request.PowerOfTwo ? PowerOfTwoAtLeast(count * edge) : count * edge; };
-  const auto next = [&](std::int64_t count)
+  for (std::int64_t z = 1; z <= most; ++z)
   {
-    if (!request.PowerOfTwo)
+    for (std::int64_t y = z; y <= most; ++y)
     {
-      return count + 1;
-    }
-    return 2 * sizeFor(count) / edge;
-  };
-  const std::int64_t first = request.PowerOfTwo ? sizeFor(1) / edge : 1;
-  for (std::int64_t z = first; z <= most; z = next(z))
-  {
-    for (std::int64_t y = z; y <= most; y = next(y))
-    {
-      for (std::int64_t x = y; x <= most; x = next(x))
+      for (std::int64_t x = y; x <= most; ++x)
       {
-        const std::int64_t count = x * y * z;
-        if (count < SmallestAtlas)
+        if (x * y * z < SmallestAtlas)
         {
           continue;
         }
         const AtlasPlan plan =
-          Complete(layout, request, { x, y, z }, { sizeFor(x), sizeFor(y), sizeFor(z) });
+          Complete(layout, request, { x, y, z }, { x * edge, y * edge, z * edge });
         if (least.Slots == 0 || plan.TotalBytes() < least.TotalBytes())
         {
           least = plan;
@@ -101,32 +109,45 @@ Result<AtlasPlan> PlanAtlas(const PyramidLayout& layout, const AtlasRequest& req
         }
         const auto worth = [&](const AtlasPlan& p)
         { return std::min<std::int64_t>(p.Slots, useful); };
-        if (!found || worth(plan) > worth(best) ||
+        if (!fits || worth(plan) > worth(best) ||
           (worth(plan) == worth(best) && plan.TotalBytes() < best.TotalBytes()))
         {
-          found = true;
+          fits = true;
           best = plan;
         }
       }
     }
   }
-  if (!found)
+  return fits ? best : least;
+}
+} // namespace
+
+Result<AtlasPlan> PlanAtlas(const PyramidLayout& layout, const AtlasRequest& request)
+{
+  const std::int64_t edge = layout.StoredSize();
+  const std::int64_t useful = std::max<std::int64_t>(
+    SmallestAtlas, std::min<std::int64_t>(layout.TotalBricks(), request.MaximumSlots));
+  const bool buffer = request.MaximumBufferTexels >= SmallestAtlas * edge * edge * edge;
+  bool fits = false;
+  AtlasPlan plan =
+    buffer ? PlanBuffer(layout, request, useful, fits) : PlanTexture(layout, request, useful, fits);
+  if (plan.Slots == 0)
   {
-    if (least.Slots == 0)
-    {
-      return Status(StatusCode::ResourceExhausted,
-        "A brick of " + std::to_string(edge) +
-          " voxels per axis (with its border) doesn't fit twice into a texture of at most " +
-          std::to_string(request.MaximumTextureSize) + " texels per axis.");
-    }
+    return Status(StatusCode::ResourceExhausted,
+      "A brick of " + std::to_string(edge) +
+        " voxels per axis (with its border) doesn't fit twice into a texture of at most " +
+        std::to_string(request.MaximumTextureSize) + " texels per axis.");
+  }
+  if (!fits)
+  {
     return Status(StatusCode::ResourceExhausted,
       "The GPU memory budget of " + std::to_string(request.BudgetBytes) +
         " bytes is too small; the least that works here is " +
-        std::to_string(least.TotalBytes() + request.ReservedBytes) + " bytes.");
+        std::to_string(plan.TotalBytes() + request.ReservedBytes) + " bytes.");
   }
-  best.Slots = static_cast<std::uint32_t>(std::min<std::int64_t>({ best.Slots, useful }));
-  best.SlotTableBytes = request.SlotTable ? best.Slots * SlotTableEntryBytes : 0;
-  return best;
+  plan.Slots = static_cast<std::uint32_t>(std::min<std::int64_t>(plan.Slots, useful));
+  plan.SlotTableBytes = request.SlotTable ? plan.Slots * SlotTableEntryBytes : 0;
+  return plan;
 }
 
 } // namespace teravox

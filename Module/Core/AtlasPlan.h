@@ -15,7 +15,8 @@ namespace teravox
 struct AtlasPlan
 {
   Int3 SlotsPerAxis{ 0, 0, 0 };
-  Int3 AtlasSize{ 0, 0, 0 };    ///< texels; powers of two if the driver's own filter is used
+  Int3 AtlasSize{ 0, 0, 0 };    ///< texels
+  bool Buffer = false;          ///< slots lie one after the other in a buffer texture
   std::uint32_t Slots = 0;      ///< at most SlotsPerAxis[0]*[1]*[2]
   std::uint32_t PageBlocks = 0; ///< blocks in the pool
   std::uint64_t AtlasBytes = 0;
@@ -37,16 +38,18 @@ struct AtlasPlan
 };
 
 /// Edge of a cell in voxels: the unit in which emptiness inside a resident brick is known.
-inline constexpr int CellEdge = 8;
+inline constexpr int CellEdge = 4;
 
 struct AtlasRequest
 {
-  std::uint64_t BudgetBytes = 0;   ///< for everything in TotalBytes() and what is reserved
-  std::uint64_t ReservedBytes = 0; ///< ray states, transfer tables
-  std::uint32_t BytesPerTexel = 1; ///< of the atlas texture, all components
-  bool PowerOfTwo = true;          ///< edges of the atlas (see DESIGN: values independent of slots)
-  bool SlotTable = false;          ///< wide types are stored relative to their brick
-  std::int64_t MaximumTextureSize = 2048;
+  std::uint64_t BudgetBytes = 0;          ///< for everything in TotalBytes() and what is reserved
+  std::uint64_t ReservedBytes = 0;        ///< ray states, transfer tables
+  std::uint32_t BytesPerTexel = 1;        ///< of the atlas texture, all components
+  bool SlotTable = false;                 ///< wide types are stored relative to their brick
+  std::int64_t MaximumTextureSize = 2048; ///< texels per axis of a 3-D texture
+  /// > 0: the atlas is a buffer texture of at most so many texels. Software renderers fetch from
+  /// those in half the time; on GPUs 3-D textures are larger and better cached.
+  std::int64_t MaximumBufferTexels = 0;
   std::uint32_t MaximumSlots = ~std::uint32_t{ 0 }; ///< for tests of small atlases
 };
 

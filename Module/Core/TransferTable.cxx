@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 
 namespace teravox
 {
@@ -13,7 +12,7 @@ namespace teravox
 namespace
 {
 constexpr double FewestIntervals = 4096;
-constexpr double MostIntervals = 65536;
+constexpr double MostIntervals = 65535; // their indices are 16-bit numbers
 constexpr double IntervalsPerKnot = 16;
 
 // The interval outside which the function is constant, cut to the data.
@@ -56,31 +55,7 @@ int ChooseIntervals(const TransferFunction& function, bool integers, double low,
   {
     return static_cast<int>(range * std::max(1.0, std::floor(wanted / range)));
   }
-  return static_cast<int>(std::exp2(std::ceil(std::log2(wanted))));
-}
-} // namespace
-
-namespace
-{
-using Color3 = std::array<double, 3>;
-
-std::uint32_t Bits(float value)
-{
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, &value, sizeof(bits));
-  return bits;
-}
-
-void PutPair(double value, std::uint32_t& high, std::uint32_t& low)
-{
-  const auto first = static_cast<float>(value);
-  high = Bits(first);
-  low = Bits(static_cast<float>(value - static_cast<double>(first)));
-}
-
-std::uint32_t Unorm16(double value)
-{
-  return static_cast<std::uint32_t>(std::lround(std::clamp(value, 0.0, 1.0) * 65535));
+  return static_cast<int>(std::exp2(std::floor(std::log2(wanted))));
 }
 } // namespace
 
@@ -97,17 +72,19 @@ TransferTable BuildTransferTable(
 
   const auto nodes = static_cast<std::size_t>(table.Nodes);
   std::vector<double> s(nodes);
-  std::vector<Color3> color(nodes);
+  table.Colors.resize(nodes);
   for (std::size_t i = 0; i < nodes; ++i)
   {
     const double value = i + 1 == nodes
       ? table.High
       : table.Low + static_cast<double>(i) / intervals * (table.High - table.Low);
     const double opacity = std::clamp(function.Opacity(value), 0.0, 1.0);
-    function.Color(value, color[i].data());
-    for (double& c : color[i])
+    std::array<double, 3> color{};
+    function.Color(value, color.data());
+    for (std::size_t c = 0; c < 3; ++c)
     {
-      c = std::clamp(c, 0.0, 1.0);
+      table.Colors[i][c] =
+        static_cast<std::uint32_t>(std::lround(std::clamp(color[c], 0.0, 1.0) * 65535));
     }
     s[i] = opacity >= 1
       ? table.WallExtinction
@@ -115,35 +92,28 @@ TransferTable BuildTransferTable(
     s[i] = static_cast<double>(static_cast<float>(s[i])); // as the table stores it
   }
 
-  table.Texels.assign(nodes * 12, 0);
-  table.Occupied.assign(nodes, 0);
+  table.Integrals.resize(nodes);
   double integral = 0;
-  Color3 emission{};
-  std::uint32_t occupied = 0;
   for (std::size_t i = 0; i < nodes; ++i)
   {
     const std::size_t next = std::min(i + 1, nodes - 1);
-    std::uint32_t* texel = &table.Texels[i * 12];
-    PutPair(integral, texel[0], texel[1]);
-    texel[2] = Bits(static_cast<float>(s[i]));
-    texel[3] = Bits(static_cast<float>(s[next]));
-    const double step = 0.5 * (s[i] + s[next]);
-    std::array<std::uint32_t, 3> mean{};
+    const auto high = static_cast<float>(integral);
+    const auto low = static_cast<float>(integral - static_cast<double>(high));
+    table.Integrals[i] = { high, low, static_cast<float>(s[i]), static_cast<float>(s[next]) };
     for (std::size_t c = 0; c < 3; ++c)
     {
-      PutPair(emission[c], texel[4 + c], texel[8 + c]);
-      // Colour of the interval: as its emission demands, so that integrals agree at the next node.
-      const double added =
-        (s[i] * (2 * color[i][c] + color[next][c]) + s[next] * (color[i][c] + 2 * color[next][c])) /
-        6;
-      mean[c] = Unorm16(step > 0 ? added / step : color[i][c]);
-      emission[c] += i < next ? added : 0;
+      table.Colors[i][c] |= (table.Colors[next][c] & 0xffffu) << 16;
     }
-    texel[7] = mean[0] | mean[1] << 16;
-    texel[11] = mean[2];
-    table.Occupied[i] = occupied;
-    integral += i < next ? step : 0;
-    occupied += s[i] > 0 || s[next] > 0 ? 1 : 0;
+    integral += i < next ? 0.5 * (s[i] + s[next]) : 0;
+  }
+  table.Occupied.resize(nodes + 1);
+  std::size_t occupied = nodes + 1;
+  for (std::size_t i = nodes + 1; i-- > 0;)
+  {
+    const double before = s[i > 0 ? i - 1 : 0];
+    const double after = s[std::min(i, nodes - 1)];
+    occupied = before > 0 || after > 0 ? i : occupied;
+    table.Occupied[i] = static_cast<std::uint16_t>(std::min<std::size_t>(occupied, 65535));
   }
   return table;
 }

@@ -4,6 +4,7 @@
 
 #include "Types.h"
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -20,21 +21,29 @@ struct TransferFunction
   double UnitDistance = 1;                    ///< world length to which Opacity refers, > 0
 };
 
-/// The transfer function as the marcher samples it: piecewise linear extinction s and emission c s
-/// over equidistant nodes, with their running integrals as pairs of floats, so that a difference of
-/// two integrals doesn't cancel however unequal the parts of the function are. Layout of a node:
-/// see Shaders/Library/Transfer.glsl. Thread: immutable value.
+/// The transfer function as the marcher samples it: extinction s and colour, linear between
+/// equidistant nodes, and the running integral of s as a pair of floats, so that a difference of
+/// two integrals doesn't cancel however unequal the parts of the function are. Read by
+/// Shaders/Library/Transfer.glsl. Thread: immutable value.
 struct TransferTable
 {
-  double Low = 0;                    ///< data value of node 0
-  double High = 1;                   ///< data value of the last node
-  int Nodes = 0;                     ///< at least 2
-  double NodesPerUnit = 1;           ///< (Nodes - 1) / (High - Low)
-  std::vector<std::uint32_t> Texels; ///< 12 words per node; the bits of floats, and packed colours
-  std::vector<std::uint32_t> Occupied; ///< per node: intervals before it that aren't zero
+  double Low = 0;          ///< data value of node 0
+  double High = 1;         ///< data value of the last node
+  int Nodes = 0;           ///< at least 2
+  double NodesPerUnit = 1; ///< (Nodes - 1) / (High - Low)
+  /// Per node: integral of s over nodes up to here (high, low), s here, s at the next node.
+  std::vector<std::array<float, 4>> Integrals;
+  /// Per node: red, green, blue, each 0..65535 here (low half) and at the next node (high half).
+  std::vector<std::array<std::uint32_t, 3>> Colors;
+  /// Per interval, the two beyond the ends included (0 lies before the first node, Nodes behind the
+  /// last): the first one from here on that isn't zero, Nodes + 1 if there is none; at most 65535.
+  std::vector<std::uint16_t> Occupied;
 
-  /// Size of both tables on the GPU.
-  std::uint64_t SizeInBytes() const { return 4 * (this->Texels.size() + this->Occupied.size()); }
+  /// Size of the tables on the GPU.
+  std::uint64_t SizeInBytes() const
+  {
+    return 16 * this->Integrals.size() + 12 * this->Colors.size() + 2 * this->Occupied.size();
+  }
 
   /// Extinction per world length of an opaque wall (opacity 1).
   double WallExtinction = 0;

@@ -18,17 +18,29 @@ Result<std::unique_ptr<BrickAtlas>> BrickAtlas::Make(
   atlas->Plan_ = plan;
   atlas->Format_ = format;
   atlas->StoredSize = storedSize;
-  atlas->Texture =
-    GLTexture(memory, GL_TEXTURE_3D, format.InternalFormat, static_cast<int>(plan.AtlasSize[0]),
-      static_cast<int>(plan.AtlasSize[1]), static_cast<int>(plan.AtlasSize[2]),
-      format.BytesPerTexel, format.DriverFilter ? GL_LINEAR : GL_NEAREST);
   atlas->CellsPerBrick = static_cast<int>(CeilDiv(storedSize - 2 * BrickBorder, CellEdge));
-  const auto cells = [&](std::size_t a)
-  { return static_cast<int>(plan.SlotsPerAxis[a]) * atlas->CellsPerBrick; };
-  atlas->Cells = GLTexture(memory, GL_TEXTURE_3D, format.CellFormat, cells(0), cells(1), cells(2),
-    std::size_t{ 2 } * format.BytesPerTexel, GL_NEAREST);
+  if (plan.Buffer)
+  {
+    atlas->VoxelBuffer = GLBuffer(memory, GL_TEXTURE_BUFFER,
+      static_cast<std::size_t>(plan.AtlasBytes), nullptr, GL_DYNAMIC_DRAW);
+    atlas->CellBuffer = GLBuffer(memory, GL_TEXTURE_BUFFER,
+      static_cast<std::size_t>(plan.CellBytes), nullptr, GL_DYNAMIC_DRAW);
+    atlas->Texture = GLTexture(memory, format.InternalFormat, atlas->VoxelBuffer);
+    atlas->Cells = GLTexture(memory, format.CellFormat, atlas->CellBuffer);
+  }
+  else
+  {
+    atlas->Texture = GLTexture(memory, GL_TEXTURE_3D, format.InternalFormat,
+      static_cast<int>(plan.AtlasSize[0]), static_cast<int>(plan.AtlasSize[1]),
+      static_cast<int>(plan.AtlasSize[2]), format.BytesPerTexel, GL_NEAREST);
+    const auto cells = [&](std::size_t a)
+    { return static_cast<int>(plan.SlotsPerAxis[a]) * atlas->CellsPerBrick; };
+    atlas->Cells = GLTexture(memory, GL_TEXTURE_3D, format.CellFormat, cells(0), cells(1), cells(2),
+      std::size_t{ 2 } * format.BytesPerTexel, GL_NEAREST);
+  }
   atlas->Table = GLBuffer(memory, GL_SHADER_STORAGE_BUFFER,
     static_cast<std::size_t>(plan.DirectoryBytes + plan.PageBlockBytes), nullptr, GL_DYNAMIC_DRAW);
+  atlas->TableTexture = GLTexture(memory, GL_RGB32UI, atlas->Table);
   // The binding must exist for all variants; four floats where no slot table is needed.
   atlas->Slots = GLBuffer(memory, GL_SHADER_STORAGE_BUFFER,
     static_cast<std::size_t>(std::max<std::uint64_t>(plan.SlotTableBytes, 16)), nullptr,
@@ -45,25 +57,37 @@ Result<std::unique_ptr<BrickAtlas>> BrickAtlas::Make(
 void BrickAtlas::Upload(std::uint32_t slot, const Brick& brick)
 {
   const ConvertedBrick texels = ConvertBrick(brick, this->Format_);
-  const auto& n = this->Plan_.SlotsPerAxis;
-  const std::int64_t s = slot;
-  const std::array<std::int64_t, 3> at{ s % n[0], s / n[0] % n[1], s / (n[0] * n[1]) };
-  const auto edge = static_cast<GLsizei>(this->StoredSize);
-  this->Texture.Bind(0);
-  glTexSubImage3D(GL_TEXTURE_3D, 0, static_cast<GLint>(at[0] * edge),
-    static_cast<GLint>(at[1] * edge), static_cast<GLint>(at[2] * edge), edge, edge, edge, GL_RED,
-    this->Format_.DataType, texels.Bytes.data());
-  const GLsizei cells = this->CellsPerBrick;
-  this->Cells.Bind(0);
-  glTexSubImage3D(GL_TEXTURE_3D, 0, static_cast<GLint>(at[0]) * cells,
-    static_cast<GLint>(at[1]) * cells, static_cast<GLint>(at[2]) * cells, cells, cells, cells,
-    GL_RG, this->Format_.DataType, texels.Cells.data());
+  if (this->Plan_.Buffer)
+  {
+    this->VoxelBuffer.Write(slot * texels.Bytes.size(), texels.Bytes.size(), texels.Bytes.data());
+    this->CellBuffer.Write(slot * texels.Cells.size(), texels.Cells.size(), texels.Cells.data());
+  }
+  else
+  {
+    this->UploadToTexture(slot, texels);
+  }
   this->BytesUploaded_ += texels.Bytes.size() + texels.Cells.size();
   if (this->Plan_.SlotTableBytes != 0)
   {
     const std::array<float, 4> entry{ texels.OffsetHigh, texels.OffsetLow, texels.Scale, 0 };
     this->Slots.Write(std::size_t{ slot } * sizeof(entry), sizeof(entry), entry.data());
   }
+}
+
+void BrickAtlas::UploadToTexture(std::uint32_t slot, const ConvertedBrick& texels)
+{
+  const auto& n = this->Plan_.SlotsPerAxis;
+  const std::int64_t s = slot;
+  const std::array<std::int64_t, 3> at{ s % n[0], s / n[0] % n[1], s / (n[0] * n[1]) };
+  const auto put = [&](const GLTexture& texture, GLsizei edge, GLenum channels, const void* data)
+  {
+    texture.Bind(0);
+    glTexSubImage3D(GL_TEXTURE_3D, 0, static_cast<GLint>(at[0]) * edge,
+      static_cast<GLint>(at[1]) * edge, static_cast<GLint>(at[2]) * edge, edge, edge, edge,
+      channels, this->Format_.DataType, data);
+  };
+  put(this->Texture, static_cast<GLsizei>(this->StoredSize), GL_RED, texels.Bytes.data());
+  put(this->Cells, static_cast<GLsizei>(this->CellsPerBrick), GL_RG, texels.Cells.data());
 }
 
 void BrickAtlas::Apply(const PageTable& table, const PageTable::Changes& changes)
@@ -88,7 +112,7 @@ void BrickAtlas::Bind() const
 {
   this->Texture.Bind(0);
   this->Cells.Bind(4);
-  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, this->Table.Id());
+  this->TableTexture.Bind(6);
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, this->Slots.Id());
 }
 

@@ -35,13 +35,17 @@ public:
 
 private:
   BrickAtlas() = default;
+  void UploadToTexture(std::uint32_t slot, const ConvertedBrick& texels);
   AtlasPlan Plan_;
   VoxelFormat Format_;
   int StoredSize = 0;
-  GLTexture Texture;
+  GLBuffer VoxelBuffer; ///< where the plan asks for a buffer
+  GLBuffer CellBuffer;
+  GLTexture Texture; ///< voxels: a 3-D texture, or a view of the buffer
   GLTexture Cells;
   int CellsPerBrick = 0;
   GLBuffer Table;
+  GLTexture TableTexture;
   GLBuffer Slots;
   std::uint64_t BytesUploaded_ = 0;
   std::uint64_t TableBytesUploaded = 0;

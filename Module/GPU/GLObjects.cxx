@@ -2,10 +2,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "GLObjects.h"
 
+#include <string>
 #include <vector>
 
 namespace teravox
 {
+
+bool IsSoftwareRenderer()
+{
+  const auto* text = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  const std::string renderer = text != nullptr ? text : "";
+  return renderer.find("llvmpipe") != std::string::npos ||
+    renderer.find("softpipe") != std::string::npos || renderer.find("SWR") != std::string::npos;
+}
 
 GLBuffer::GLBuffer(
   GPUMemory& memory, GLenum target, std::size_t bytes, const void* data, GLenum usage)

@@ -26,6 +26,9 @@ struct GPUMemory
   void Remove(std::uint64_t bytes) { this->Used -= bytes; }
 };
 
+/// Whether the current context draws on the CPU.
+bool IsSoftwareRenderer();
+
 /// A buffer object with its storage. Move-only; created and destroyed with the context current.
 class GLBuffer
 {

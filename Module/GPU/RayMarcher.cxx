@@ -11,7 +11,7 @@
 namespace teravox
 {
 
-static_assert(sizeof(MarchParameters) == 16 * (9 + 3 + 96 + 8 + 2 + 3 + 3 + 1),
+static_assert(sizeof(MarchParameters) == 16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1),
   "the uniform block of Shaders/Library/Bindings.glsl has no padding");
 
 Result<std::unique_ptr<RayMarcher>> RayMarcher::Make(GPUMemory& memory)
@@ -35,10 +35,6 @@ Result<std::unique_ptr<RayMarcher>> RayMarcher::Make(GPUMemory& memory)
     GLBuffer(memory, GL_UNIFORM_BUFFER, sizeof(MarchParameters), nullptr, GL_DYNAMIC_DRAW);
   marcher->Vertices = GLVertexArray::Make();
   marcher->TileVertices = GLVertexArray::Make();
-  if (const Status status = marcher->RunProbe(); !status)
-  {
-    return status;
-  }
   return marcher;
 }
 
@@ -77,94 +73,11 @@ Result<const GLProgram*> RayMarcher::Program(
   return &this->Programs.emplace(key, std::move(program)).first->second;
 }
 
-Result<bool> RayMarcher::ProbeFormat(GLenum internalFormat, GLenum type, std::size_t bytes)
-{
-  // Two copies of one 4^3 brick at places that differ in all axes.
-  constexpr std::array<int, 3> size{ 64, 16, 16 };
-  constexpr int picture = 32;
-  const std::array<GLint, 3> placeA{ 0, 4, 8 };
-  const std::array<GLint, 3> placeB{ 59, 11, 2 };
-  GLTexture texture(
-    this->Memory, GL_TEXTURE_3D, internalFormat, size[0], size[1], size[2], bytes, GL_LINEAR);
-  std::vector<std::uint8_t> texels(64 * bytes);
-  std::uint32_t random = 12345;
-  for (std::size_t i = 0; i < 64; ++i)
-  {
-    random = random * 1664525u + 1013904223u;
-    const float value = static_cast<float>(random >> 8) / 16777216.0f;
-    const auto u16 = static_cast<std::uint16_t>(value * 65535.0f);
-    const auto u8 = static_cast<std::uint8_t>(value * 255.0f);
-    const void* source = bytes == 4 ? static_cast<const void*>(&value)
-      : bytes == 2                  ? static_cast<const void*>(&u16)
-                                    : &u8;
-    std::memcpy(&texels[i * bytes], source, bytes);
-  }
-  texture.Bind(0);
-  for (const auto& place : { placeA, placeB })
-  {
-    glTexSubImage3D(
-      GL_TEXTURE_3D, 0, place[0], place[1], place[2], 4, 4, 4, GL_RED, type, texels.data());
-  }
-  GLTexture target(this->Memory, GL_TEXTURE_2D, GL_RGBA32F, picture, picture, 1, 16, GL_NEAREST);
-  GLFramebuffer framebuffer = GLFramebuffer::Make();
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.Id());
-  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target.Id(), 0);
-  Result<const GLProgram*> program = this->Program("FullScreen.vert", "Probe.frag", {});
-  if (!program)
-  {
-    return program.GetStatus();
-  }
-  const GLProgram& probe = *program.Value();
-  glUseProgram(probe.Id());
-  glUniform3f(probe.Uniform("u_scale"), 1.0f / size[0], 1.0f / size[1], 1.0f / size[2]);
-  const auto place = [&](const char* name, const std::array<GLint, 3>& p)
-  {
-    glUniform3f(probe.Uniform(name), static_cast<float>(p[0]), static_cast<float>(p[1]),
-      static_cast<float>(p[2]));
-  };
-  place("u_placeA", placeA);
-  place("u_placeB", placeB);
-  glViewport(0, 0, picture, picture);
-  glBindVertexArray(this->Vertices.Id());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  std::vector<float> results(static_cast<std::size_t>(picture) * picture * 4);
-  glReadPixels(0, 0, picture, picture, GL_RGBA, GL_FLOAT, results.data());
-  for (std::size_t i = 0; i < results.size(); i += 4)
-  {
-    if (results[i] != results[i + 1] || std::abs(results[i] - results[i + 2]) > 1e-6f)
-    {
-      return false;
-    }
-  }
-  return true;
-}
-
-Status RayMarcher::RunProbe()
-{
-  const auto probe = [this](GLenum format, GLenum type, std::size_t bytes, bool& exact)
-  {
-    const Result<bool> result = this->ProbeFormat(format, type, bytes);
-    exact = result && result.Value();
-    return result.GetStatus();
-  };
-  Status status = probe(GL_R8, GL_UNSIGNED_BYTE, 1, this->Probe_.R8);
-  if (status)
-  {
-    status = probe(GL_R16, GL_UNSIGNED_SHORT, 2, this->Probe_.R16);
-  }
-  if (status)
-  {
-    status = probe(GL_R32F, GL_FLOAT, 4, this->Probe_.R32F);
-  }
-  return status;
-}
-
 void RayMarcher::SetTransferTable(const TransferTable& table)
 {
-  const auto put = [this](const std::vector<std::uint32_t>& words, GLenum format, GLBuffer& buffer,
-                     GLTexture& texture)
+  const auto put = [this](const auto& words, GLenum format, GLBuffer& buffer, GLTexture& texture)
   {
-    const std::size_t bytes = words.size() * sizeof(std::uint32_t);
+    const std::size_t bytes = words.size() * sizeof(words[0]);
     if (buffer.Size() == bytes)
     {
       buffer.Write(0, bytes, words.data());
@@ -175,8 +88,9 @@ void RayMarcher::SetTransferTable(const TransferTable& table)
     buffer = GLBuffer(this->Memory, GL_TEXTURE_BUFFER, bytes, words.data(), GL_STATIC_DRAW);
     texture = GLTexture(this->Memory, format, buffer);
   };
-  put(table.Texels, GL_RGBA32UI, this->TransferBuffer, this->TransferTexture);
-  put(table.Occupied, GL_R32UI, this->OccupiedBuffer, this->OccupiedTexture);
+  put(table.Integrals, GL_RGBA32F, this->TransferBuffer, this->TransferTexture);
+  put(table.Colors, GL_RGB32UI, this->ColorBuffer, this->ColorTexture);
+  put(table.Occupied, GL_R16UI, this->OccupiedBuffer, this->OccupiedTexture);
 }
 
 void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
@@ -312,8 +226,11 @@ Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas
   glBindImageTexture(1, view.Position.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32I);
   atlas.Bind();
   this->TransferTexture.Bind(1);
+  this->ColorTexture.Bind(5);
   this->OccupiedTexture.Bind(3);
   view.Intervals.Bind(2);
+  view.Color.Bind(7);
+  view.Position.Bind(8);
   glBindVertexArray(this->TileVertices.Id());
   glBindBuffer(GL_ARRAY_BUFFER, view.TileList.Id());
   glEnableVertexAttribArray(0);

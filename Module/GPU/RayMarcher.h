@@ -32,7 +32,6 @@ struct MarchParameters
   std::array<UVec, 32> LevelBricks{};
   std::array<Vec, 32> LevelStart{};
   UVec Atlas{};
-  Vec AtlasScale{};
   Vec Value{};
   Vec Transfer{};
   Vec Step{};
@@ -78,7 +77,6 @@ public:
   /// compile.
   static Result<std::unique_ptr<RayMarcher>> Make(GPUMemory& memory);
 
-  const FilterProbe& Probe() const { return this->Probe_; }
   void SetTransferTable(const TransferTable& table);
 
   /// Copies the depth of the frame buffer that is bound for drawing, resolving samples.
@@ -98,15 +96,14 @@ private:
   }
   Result<const GLProgram*> Program(
     const std::string& vertex, const std::string& fragment, const ShaderVariant& variant);
-  Status RunProbe();
-  Result<bool> ProbeFormat(GLenum internalFormat, GLenum type, std::size_t bytes);
   void ReadFeedback(ViewState& view, const AtlasPlan& plan, PassResult& result);
 
   GPUMemory& Memory;
-  FilterProbe Probe_;
   GLBuffer Uniforms;
   GLBuffer TransferBuffer;
   GLTexture TransferTexture;
+  GLBuffer ColorBuffer;
+  GLTexture ColorTexture;
   GLBuffer OccupiedBuffer;
   GLTexture OccupiedTexture;
   GLVertexArray Vertices;

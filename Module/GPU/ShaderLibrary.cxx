@@ -21,9 +21,10 @@ struct Feature
   const char* Name;
   bool ShaderVariant::*Member;
 };
-constexpr std::array<Feature, 9> Features = { {
+constexpr std::array<Feature, 10> Features = { {
   { "TERAVOX_NEAREST", &ShaderVariant::Nearest },
-  { "TERAVOX_DRIVER_FILTER", &ShaderVariant::DriverFilter },
+  { "TERAVOX_FIXED_STEP", &ShaderVariant::FixedStep },
+  { "TERAVOX_BUFFER_ATLAS", &ShaderVariant::BufferAtlas },
   { "TERAVOX_FLOAT_DATA", &ShaderVariant::FloatData },
   { "TERAVOX_SLOT_TABLE", &ShaderVariant::SlotTable },
   { "TERAVOX_SHADE", &ShaderVariant::Shade },
@@ -126,10 +127,10 @@ std::vector<ShaderVariant> ShaderVariant::All()
     {
       variant.*Features[i].Member = (key >> i & 1u) != 0;
     }
-    // Nearest never filters; an interactive variant substitutes anyway; the debug picture isn't
-    // lit.
-    if ((variant.Nearest && variant.DriverFilter && !variant.Shade) ||
-      (variant.Interactive && variant.Substitute) || (variant.ShowLevel && variant.Shade))
+    // Nearest interpolation has its own cuts; an interactive variant substitutes anyway; the debug
+    // picture isn't lit.
+    if ((variant.Nearest && variant.FixedStep) || (variant.Interactive && variant.Substitute) ||
+      (variant.ShowLevel && variant.Shade))
     {
       continue;
     }

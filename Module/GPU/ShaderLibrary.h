@@ -15,7 +15,8 @@ namespace teravox
 struct ShaderVariant
 {
   bool Nearest = false;
-  bool DriverFilter = false;
+  bool FixedStep = false;
+  bool BufferAtlas = false;
   bool FloatData = false;
   bool SlotTable = false;
   bool Shade = false;

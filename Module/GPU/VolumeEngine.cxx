@@ -19,13 +19,12 @@ constexpr std::uint32_t FewestSteps = 1024;
 constexpr double LongPass = 0.4; // seconds; drivers' watchdogs bite at about 2
 constexpr double ShortPass = 0.1;
 
-// How the tolerance is divided. A segment may err by its share because errors of segments have both
-// signs and only the few near edges of the transfer function reach it; termination takes its part
-// whole.
-constexpr double SegmentShare = 1.0 / 32;
+// How the tolerance is divided. A piece may err by its share of the opacity that it adds to the
+// picture, which sums up to at most that share, and by a little more: pieces that add next to
+// nothing needn't be cut. Termination takes its part whole.
+constexpr double PieceShare = 1.0 / 2;
+constexpr double SmallestShare = 1.0 / 64;
 constexpr double TerminationShare = 1.0 / 4;
-constexpr double LargestStep = 1;      // voxel, two samples each
-constexpr float LargestRefinement = 6; // 1/64 of that
 
 double Now()
 {
@@ -111,22 +110,30 @@ std::uint64_t VolumeEngine::FixedBytes(const ViewState* except, int width, int h
 Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
 {
   const VolumeInfo& info = this->Source_->Info();
-  const VoxelFormat format = VoxelFormat::Choose(info.Type, this->Marcher->Probe());
+  const VoxelFormat format = VoxelFormat::Choose(info.Type);
   const auto view = this->Views.find(request.View);
   AtlasRequest wanted;
   wanted.BudgetBytes = this->Settings.GPUMemoryBudget;
   wanted.ReservedBytes = this->FixedBytes(view == this->Views.end() ? nullptr : view->second.get(),
     request.Camera.Width, request.Camera.Height);
   wanted.BytesPerTexel = format.BytesPerTexel;
-  wanted.PowerOfTwo = format.DriverFilter;
   wanted.SlotTable = format.Relative;
   wanted.MaximumSlots = this->Settings.MaximumSlots;
   GLint largest = 0;
   glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &largest);
   wanted.MaximumTextureSize = largest;
+  const bool buffer = this->Settings.Storage == AtlasStorage::Automatic
+    ? IsSoftwareRenderer()
+    : this->Settings.Storage == AtlasStorage::Buffer;
+  if (buffer)
+  {
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &largest);
+    wanted.MaximumBufferTexels = largest;
+  }
   const bool fits = this->Atlas && this->Plan_.Slots != 0 &&
     wanted.BudgetBytes == this->PlannedFor.BudgetBytes &&
     wanted.MaximumSlots == this->PlannedFor.MaximumSlots &&
+    wanted.MaximumBufferTexels == this->PlannedFor.MaximumBufferTexels &&
     this->Plan_.TotalBytes() + wanted.ReservedBytes <= wanted.BudgetBytes;
   if (fits)
   {
@@ -234,28 +241,20 @@ Status VolumeEngine::Prepare(const FrameRequest& request)
 void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& parameters) const
 {
   const auto& n = this->Plan_.SlotsPerAxis;
-  const auto& size = this->Plan_.AtlasSize;
   const VoxelFormat& format = this->Atlas->Format();
   parameters.Atlas = { static_cast<std::uint32_t>(n[0]), static_cast<std::uint32_t>(n[1]),
     static_cast<std::uint32_t>(n[2]),
     static_cast<std::uint32_t>(this->Source_->Info().Layout.StoredSize()) };
-  parameters.AtlasScale = { 1.0f / static_cast<float>(size[0]), 1.0f / static_cast<float>(size[1]),
-    1.0f / static_cast<float>(size[2]), 0.0f };
   parameters.Value = { static_cast<float>(format.Scale), static_cast<float>(format.Offset), 0.0f,
     0.0f };
   const auto low = static_cast<float>(this->Transfer.Low);
   parameters.Transfer = { low, static_cast<float>(this->Transfer.Low - static_cast<double>(low)),
     static_cast<float>(this->Transfer.NodesPerUnit), static_cast<float>(this->Transfer.Nodes) };
-  const bool controlled = request.Tolerance > 0;
   const double tolerance = request.Tolerance * this->Looseness;
-  // What the estimate of a segment can't see, because its three samples happen to lie on a line,
-  // falls with the square of the step.
-  const auto baseStep =
-    static_cast<float>(std::clamp(LargestStep * std::sqrt(255 * tolerance), 0.25, LargestStep));
-  parameters.Step = { controlled ? baseStep : -static_cast<float>(request.SampleDistance),
-    controlled ? static_cast<float>(tolerance * SegmentShare) : 1.0f,
-    controlled ? static_cast<float>(request.Tolerance * TerminationShare) : 1.0e-6f,
-    controlled ? LargestRefinement : 0.0f };
+  parameters.Step = { static_cast<float>(request.SampleDistance),
+    static_cast<float>(tolerance * PieceShare),
+    request.Tolerance > 0 ? static_cast<float>(request.Tolerance * TerminationShare) : 1.0e-6f,
+    static_cast<float>(tolerance * SmallestShare) };
   parameters.Switches = { request.EmptySpaceSkipping ? 1u : 0u, 0u, 0u, 0u };
   parameters.Limits[0] = MostSteps;
   parameters.Material = request.Material;
@@ -287,7 +286,8 @@ Status VolumeEngine::RunPasses(
 {
   ShaderVariant variant;
   variant.Nearest = request.Nearest;
-  variant.DriverFilter = this->Atlas->Format().DriverFilter;
+  variant.FixedStep = !request.Nearest && request.Tolerance <= 0;
+  variant.BufferAtlas = this->Plan_.Buffer;
   variant.FloatData = this->Atlas->Format().DataType == GL_FLOAT;
   variant.SlotTable = this->Atlas->Format().Relative;
   variant.Shade = request.Shade;

@@ -24,13 +24,24 @@ namespace teravox
 {
 
 /// Budgets and switches of an engine; a change of one that matters rebuilds what depends on it.
+/// What holds the voxels; the picture is the same. Automatic: a buffer texture with software
+/// renderers, which fetch from it in half the time, else a 3-D texture, which is larger and better
+/// cached.
+enum class AtlasStorage
+{
+  Automatic,
+  Texture,
+  Buffer
+};
+
 struct EngineSettings
 {
   std::uint64_t GPUMemoryBudget = 0; ///< bytes, hard
   std::uint64_t HostMemoryBudget = 0;
   int LoaderThreads = 2;
   std::uint32_t MaximumSlots = ~std::uint32_t{ 0 }; ///< for tests of small atlases
-  std::optional<std::uint64_t> ShuffleSeed;         ///< for tests of arrival orders
+  AtlasStorage Storage = AtlasStorage::Automatic;
+  std::optional<std::uint64_t> ShuffleSeed; ///< for tests of arrival orders
 };
 
 /// One picture of one volume in one view.

@@ -13,29 +13,24 @@
 namespace teravox
 {
 
-VoxelFormat VoxelFormat::Choose(ScalarType type, const FilterProbe& probe)
+VoxelFormat VoxelFormat::Choose(ScalarType type)
 {
   VoxelFormat format;
   switch (type)
   {
     case ScalarType::UInt8:
     case ScalarType::Int8:
+      format.InternalFormat = GL_R8;
+      format.DataType = GL_UNSIGNED_BYTE;
+      format.CellFormat = GL_RG8;
+      format.BytesPerTexel = 1;
       format.Scale = 255;
       format.Offset = type == ScalarType::Int8 ? -128 : 0;
-      format.DriverFilter = probe.R8 || probe.R16;
-      if (probe.R8 || !probe.R16)
-      {
-        format.InternalFormat = GL_R8;
-        format.DataType = GL_UNSIGNED_BYTE;
-        format.BytesPerTexel = 1;
-        format.CellFormat = GL_RG8;
-      }
       break;
     case ScalarType::UInt16:
     case ScalarType::Int16:
       format.Scale = 65535;
       format.Offset = type == ScalarType::Int16 ? -32768 : 0;
-      format.DriverFilter = probe.R16;
       break;
     case ScalarType::UInt32:
     case ScalarType::Int32:
@@ -46,7 +41,6 @@ VoxelFormat VoxelFormat::Choose(ScalarType type, const FilterProbe& probe)
       format.DataType = GL_FLOAT;
       format.BytesPerTexel = 4;
       format.CellFormat = GL_RG32F;
-      format.DriverFilter = probe.R32F;
       format.Relative = type != ScalarType::Float32;
       break;
   }
@@ -56,7 +50,7 @@ VoxelFormat VoxelFormat::Choose(ScalarType type, const FilterProbe& probe)
 namespace
 {
 template <typename T>
-void ConvertIntegers(const Brick& brick, const VoxelFormat& format, ConvertedBrick& out)
+void ConvertIntegers(const Brick& brick, ConvertedBrick& out)
 {
   using Unsigned = std::make_unsigned_t<T>;
   // Flipping the sign bit adds half the range: the order of values is that of unsigned numbers.
@@ -65,20 +59,10 @@ void ConvertIntegers(const Brick& brick, const VoxelFormat& format, ConvertedBri
     : Unsigned{ 0 };
   const std::size_t count = brick.Voxels.size() / sizeof(T);
   const auto* in = reinterpret_cast<const Unsigned*>(brick.Voxels.data());
-  if (format.BytesPerTexel == sizeof(T))
-  {
-    auto* texels = reinterpret_cast<Unsigned*>(out.Bytes.data());
-    for (std::size_t i = 0; i < count; ++i)
-    {
-      texels[i] = static_cast<Unsigned>(in[i] ^ flip);
-    }
-    return;
-  }
-  // 8 bits in 16: x * 257 / 65535 = x / 255.
-  auto* texels = reinterpret_cast<std::uint16_t*>(out.Bytes.data());
+  auto* texels = reinterpret_cast<Unsigned*>(out.Bytes.data());
   for (std::size_t i = 0; i < count; ++i)
   {
-    texels[i] = static_cast<std::uint16_t>(static_cast<Unsigned>(in[i] ^ flip) * 257u);
+    texels[i] = static_cast<Unsigned>(in[i] ^ flip);
   }
 }
 
@@ -189,7 +173,7 @@ ConvertedBrick ConvertBrick(const Brick& brick, const VoxelFormat& format)
       using T = decltype(zero);
       if constexpr (std::is_integral_v<T> && sizeof(T) <= 2)
       {
-        ConvertIntegers<T>(brick, format, out);
+        ConvertIntegers<T>(brick, out);
       }
       else if constexpr (std::is_same_v<T, float>)
       {

@@ -11,14 +11,6 @@
 namespace teravox
 {
 
-/// How linear filtering of this driver was found to behave, per texture format.
-struct FilterProbe
-{
-  bool R8 = false; ///< exact, and the same at every place of the texture
-  bool R16 = false;
-  bool R32F = false;
-};
-
 /// How voxels of a scalar type lie in the atlas: data value = Scale * texel + Offset, or for wide
 /// types (u32, i32, f64) relative to the brick, with offset and scale per slot. Thread: immutable
 /// value.
@@ -28,14 +20,12 @@ struct VoxelFormat
   GLenum DataType = GL_UNSIGNED_SHORT; ///< of the uploaded texels
   GLenum CellFormat = GL_RG16;         ///< of two texel values, least and largest
   std::uint32_t BytesPerTexel = 2;
-  bool DriverFilter = false;
   bool Relative = false; ///< needs the slot table
   double Scale = 1;
   double Offset = 0;
 
-  /// The cheapest format whose filtering is exact: 8-bit data go into 16-bit texels where the
-  /// driver filters those exactly and 8-bit ones not; else eight fetches per sample.
-  static VoxelFormat Choose(ScalarType type, const FilterProbe& probe);
+  /// The smallest format that holds the values exactly.
+  static VoxelFormat Choose(ScalarType type);
 };
 
 /// Texels of one brick, and what the slot table holds for it.

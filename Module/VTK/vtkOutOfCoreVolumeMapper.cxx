@@ -223,6 +223,7 @@ void vtkOutOfCoreVolumeMapper::PrintSelf(ostream& os, vtkIndent indent)
      << indent << "NumberOfLoaderThreads: " << this->NumberOfLoaderThreads << "\n"
      << indent << "BrickSize: " << this->BrickSize << "\n"
      << indent << "MaximumNumberOfSlots: " << this->MaximumNumberOfSlots << "\n"
+     << indent << "AtlasStorage: " << this->AtlasStorage << "\n"
      << indent << "ArrivalShuffleSeed: " << this->ArrivalShuffleSeed << "\n"
      << indent << "ConvergeTimeout: " << this->ConvergeTimeout << "\n"
      << indent << "CountSamples: " << this->CountSamples << "\n"
@@ -468,10 +469,7 @@ vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetEffectiveGPUMemoryBudget()
     return unknown;
   }
   this->Internals->Window->MakeCurrent();
-  const auto* text = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  const std::string renderer = text != nullptr ? text : "";
-  if (renderer.find("llvmpipe") != std::string::npos ||
-    renderer.find("softpipe") != std::string::npos || renderer.find("SWR") != std::string::npos)
+  if (teravox::IsSoftwareRenderer())
   {
     return MainMemory() / 4;
   }
@@ -787,6 +785,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   settings.GPUMemoryBudget = this->GetEffectiveGPUMemoryBudget();
   settings.HostMemoryBudget = this->GetEffectiveHostMemoryBudget();
   settings.LoaderThreads = this->NumberOfLoaderThreads;
+  settings.Storage = static_cast<teravox::AtlasStorage>(this->AtlasStorage);
   if (this->MaximumNumberOfSlots != 0)
   {
     settings.MaximumSlots = std::max<std::uint32_t>(this->MaximumNumberOfSlots, 2);

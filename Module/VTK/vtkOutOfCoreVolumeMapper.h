@@ -144,6 +144,15 @@ public:
 
   ///@{
   /**
+   * What holds the bricks on the GPU: 0 (default) what suits the driver, 1 a 3-D texture, 2 a buffer
+   * texture. The picture is the same, bit for bit. For tests and measurements.
+   */
+  vtkSetClampMacro(AtlasStorage, int, 0, 2);
+  vtkGetMacro(AtlasStorage, int);
+  ///@}
+
+  ///@{
+  /**
    * Randomises the order in which bricks arrive; 0 (default): by visibility. For tests.
    */
   vtkSetMacro(ArrivalShuffleSeed, vtkTypeUInt64);
@@ -252,6 +261,7 @@ protected:
   int NumberOfLoaderThreads = 2;
   int BrickSize = 64;
   vtkTypeUInt32 MaximumNumberOfSlots = 0;
+  int AtlasStorage = 0;
   vtkTypeUInt64 ArrivalShuffleSeed = 0;
   double ConvergeTimeout = 60;
   vtkTypeBool CountSamples = 0;

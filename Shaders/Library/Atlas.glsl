@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// Voxels of a resident brick.
+// Voxels of a resident brick. Only whole texels are fetched, so that no value depends on the slot,
+// on the size of the atlas or on the driver's filter (contract 1c).
 
 // A brick in the atlas, seen from a ray: local corner coordinates (border included) are
 // base + t * direction.
@@ -8,13 +9,23 @@ struct BrickView
 {
   vec3 base;
   vec3 direction;
-  vec3 slotOrigin; // first texel of the slot
-  float scale;     // data value = scale * texel + offset
-  vec3 cellOrigin; // first cell of the slot
-  float offsetHigh; // relative to the lower end of the transfer function's domain
+#if TERAVOX_BUFFER_ATLAS
+  int firstVoxel;
+  int firstCell;
+#else
+  ivec3 firstVoxel;
+  ivec3 firstCell;
+#endif
+  float scale; // data value above the transfer function's lower end = scale * texel + offset
+  float offset;
 };
 
 const float BORDER = 2.0;
+
+int CellsAlong()
+{
+  return int((u_dimensions.w + CELL_EDGE - 1u) / CELL_EDGE);
+}
 
 BrickView ViewBrick(Ray ray, int level, uvec3 brick, uint slot)
 {
@@ -25,9 +36,16 @@ BrickView ViewBrick(Ray ray, int level, uvec3 brick, uint slot)
   precise vec3 direction = ray.direction * f;
   view.base = base;
   view.direction = direction;
+  int cells = CellsAlong();
+#if TERAVOX_BUFFER_ATLAS
+  int edge = int(u_atlas.w);
+  view.firstVoxel = int(slot) * edge * edge * edge;
+  view.firstCell = int(slot) * cells * cells * cells;
+#else
   uvec3 at = uvec3(slot % u_atlas.x, slot / u_atlas.x % u_atlas.y, slot / (u_atlas.x * u_atlas.y));
-  view.slotOrigin = vec3(at * u_atlas.w);
-  view.cellOrigin = vec3(at * ((u_dimensions.w + CELL_EDGE - 1u) / CELL_EDGE));
+  view.firstVoxel = ivec3(at * u_atlas.w);
+  view.firstCell = ivec3(at) * cells;
+#endif
 #if TERAVOX_SLOT_TABLE
   vec4 entry = b_slots[slot];
   precise float offset = (entry.x - u_transfer.x) + (entry.y - u_transfer.y);
@@ -36,7 +54,7 @@ BrickView ViewBrick(Ray ray, int level, uvec3 brick, uint slot)
   precise float offset = (u_value.y - u_transfer.x) + (u_value.z - u_transfer.y);
   view.scale = u_value.x;
 #endif
-  view.offsetHigh = offset;
+  view.offset = offset;
   return view;
 }
 
@@ -46,101 +64,146 @@ vec3 LocalPosition(BrickView view, float t)
   return p;
 }
 
-// Positions are rounded to 2^-12 voxel: in an atlas whose edges are powers of two all following
-// arithmetic of the driver is exact up to the weights, hence the same in every slot (contract 1c).
-vec3 RoundPosition(vec3 local)
+// One voxel of the stored brick.
+float Voxel(BrickView view, ivec3 at)
 {
-  return clamp(floor(local * 4096.0 + 0.5) * (1.0 / 4096.0), vec3(0.5), vec3(float(u_atlas.w) - 0.5));
-}
-
-float FetchLinear(BrickView view, vec3 local)
-{
-  vec3 p = RoundPosition(local);
-#if TERAVOX_DRIVER_FILTER
-  return textureLod(u_atlasTexture, (view.slotOrigin + p) * u_atlasScale.xyz, 0.0).r;
+#if TERAVOX_BUFFER_ATLAS
+  int edge = int(u_atlas.w);
+  return texelFetch(u_atlasTexels, view.firstVoxel + at.x + edge * (at.y + edge * at.z)).r;
 #else
-  vec3 q = p - 0.5;
-  vec3 corner = min(floor(q), vec3(float(u_atlas.w) - 2.0));
-  precise vec3 w = q - corner;
-  ivec3 at = ivec3(view.slotOrigin + corner);
-  float v000 = texelFetch(u_atlasTexture, at, 0).r;
-  float v100 = texelFetch(u_atlasTexture, at + ivec3(1, 0, 0), 0).r;
-  float v010 = texelFetch(u_atlasTexture, at + ivec3(0, 1, 0), 0).r;
-  float v110 = texelFetch(u_atlasTexture, at + ivec3(1, 1, 0), 0).r;
-  float v001 = texelFetch(u_atlasTexture, at + ivec3(0, 0, 1), 0).r;
-  float v101 = texelFetch(u_atlasTexture, at + ivec3(1, 0, 1), 0).r;
-  float v011 = texelFetch(u_atlasTexture, at + ivec3(0, 1, 1), 0).r;
-  float v111 = texelFetch(u_atlasTexture, at + ivec3(1, 1, 1), 0).r;
-  precise float a = v000 + w.x * (v100 - v000);
-  precise float b = v010 + w.x * (v110 - v010);
-  precise float c = v001 + w.x * (v101 - v001);
-  precise float d = v011 + w.x * (v111 - v011);
-  precise float e = a + w.y * (b - a);
-  precise float g = c + w.y * (d - c);
-  precise float v = e + w.z * (g - e);
-  return v;
+  return texelFetch(u_atlasTexture, view.firstVoxel + at, 0).r;
 #endif
 }
 
-float FetchNearest(BrickView view, ivec3 voxel)
+// Least and largest texel of a cell of CELL_EDGE^3 voxels, filter support included.
+vec2 CellRange(BrickView view, ivec3 at)
 {
-  return texelFetch(u_atlasTexture, ivec3(view.slotOrigin) + voxel, 0).r;
-}
-
-Sample Classify(BrickView view, float texel)
-{
-  precise float fromLow = texel * view.scale + view.offsetHigh;
-  Sample s = SampleTransfer(fromLow * u_transfer.z);
-#if TERAVOX_FLOAT_DATA
-  if (isnan(texel))
-  {
-    s.x = -1.0;
-    s.s = 0.0;
-  }
+#if TERAVOX_BUFFER_ATLAS
+  int cells = CellsAlong();
+  return texelFetch(u_cellTexels, view.firstCell + at.x + cells * (at.y + cells * at.z)).rg;
+#else
+  return texelFetch(u_cells, view.firstCell + at, 0).rg;
 #endif
-  return s;
 }
 
-Sample SampleAt(BrickView view, float t)
+// Position of a texel value in nodes of the transfer table.
+float NodeOf(BrickView view, float texel)
 {
-  return Classify(view, FetchLinear(view, LocalPosition(view, t)));
+  precise float fromLow = texel * view.scale + view.offset;
+  precise float node = fromLow * u_transfer.z;
+  return node;
 }
 
-struct Cell
+// Eight neighbouring voxels: near.xyzw are (0,0,0), (1,0,0), (0,1,0), (1,1,0), far the same at z
+// = 1.
+struct Corners
 {
-  bool empty; // under the transfer function, filter support included
-  float end;  // depth at which the ray leaves it
+  vec4 near;
+  vec4 far;
 };
 
-// The cell of a brick at a depth. Counted on the far side where the depth lies on a face.
-Cell CellAt(BrickView view, Ray ray, float t)
+Corners FetchCorners(BrickView view, ivec3 at)
 {
-  float cells = ceil(float(u_dimensions.w) / float(CELL_EDGE));
-  vec3 p = (view.base + t * view.direction - BORDER) * (1.0 / float(CELL_EDGE));
-  vec3 forward = vec3(ray.positive);
-  vec3 index = clamp(mix(ceil(p - 1.0e-4) - 1.0, floor(p + 1.0e-4), forward), 0.0, cells - 1.0);
-  vec3 exits =
-    ((index + forward) * float(CELL_EDGE) + BORDER - view.base) / view.direction;
-  vec2 range = texelFetch(u_cells, ivec3(view.cellOrigin + index), 0).rg * view.scale + view.offsetHigh;
-  Cell cell;
-  cell.end = min(exits.x, min(exits.y, exits.z));
-  cell.empty = u_switches.x != 0u &&
-    (range.x > range.y || IsEmptyBetween(range.x * u_transfer.z, range.y * u_transfer.z));
-  return cell;
+  Corners c;
+#if TERAVOX_BUFFER_ATLAS
+  int edge = int(u_atlas.w);
+  int i = view.firstVoxel + at.x + edge * (at.y + edge * at.z);
+  int j = i + edge * edge;
+  c.near = vec4(texelFetch(u_atlasTexels, i).r, texelFetch(u_atlasTexels, i + 1).r,
+    texelFetch(u_atlasTexels, i + edge).r, texelFetch(u_atlasTexels, i + edge + 1).r);
+  c.far = vec4(texelFetch(u_atlasTexels, j).r, texelFetch(u_atlasTexels, j + 1).r,
+    texelFetch(u_atlasTexels, j + edge).r, texelFetch(u_atlasTexels, j + edge + 1).r);
+#else
+  c.near = vec4(Voxel(view, at), Voxel(view, at + ivec3(1, 0, 0)), Voxel(view, at + ivec3(0, 1, 0)),
+    Voxel(view, at + ivec3(1, 1, 0)));
+  c.far = vec4(Voxel(view, at + ivec3(0, 0, 1)), Voxel(view, at + ivec3(1, 0, 1)),
+    Voxel(view, at + ivec3(0, 1, 1)), Voxel(view, at + ivec3(1, 1, 1)));
+#endif
+  return c;
 }
 
-// Central difference over +-1 voxel of the brick's level, in data units per two voxels.
-vec3 CentralDifference(BrickView view, vec3 local)
+// The trilinear field of eight corners along w0 + u * dw (in cell units) is a cubic in u:
+// c.x + c.y u + c.z u^2 + c.w u^3.
+vec4 CubicAlong(Corners k, vec3 w0, vec3 dw)
 {
-#if TERAVOX_NEAREST
-  vec3 p = floor(local) + 0.5;
-#else
-  vec3 p = local;
-#endif
-  vec3 forward = vec3(FetchLinear(view, p + vec3(1, 0, 0)), FetchLinear(view, p + vec3(0, 1, 0)),
-    FetchLinear(view, p + vec3(0, 0, 1)));
-  vec3 backward = vec3(FetchLinear(view, p - vec3(1, 0, 0)), FetchLinear(view, p - vec3(0, 1, 0)),
-    FetchLinear(view, p - vec3(0, 0, 1)));
+  precise float kx = k.near.y - k.near.x;
+  precise float ky = k.near.z - k.near.x;
+  precise float kz = k.far.x - k.near.x;
+  precise float kxy = (k.near.w - k.near.z) - kx;
+  precise float kxz = (k.far.y - k.far.x) - kx;
+  precise float kyz = (k.far.z - k.far.x) - ky;
+  precise float kxyz = ((k.far.w - k.far.z) - (k.far.y - k.far.x)) - kxy;
+  precise float atYZ = kx + kxy * w0.y + (kxz + kxyz * w0.y) * w0.z;
+  precise float atXZ = ky + kyz * w0.z + (kxy + kxyz * w0.z) * w0.x;
+  precise float atXY = kz + kxz * w0.x + (kyz + kxyz * w0.x) * w0.y;
+  precise vec4 c;
+  c.x = k.near.x + kx * w0.x + (ky + kxy * w0.x) * w0.y + atXY * w0.z;
+  c.y = atYZ * dw.x + atXZ * dw.y + atXY * dw.z;
+  c.z = (kxy + kxyz * w0.z) * (dw.x * dw.y) + (kxz + kxyz * w0.y) * (dw.x * dw.z) +
+    (kyz + kxyz * w0.x) * (dw.y * dw.z);
+  c.w = kxyz * (dw.x * dw.y * dw.z);
+  return c;
+}
+
+float Along(vec4 cubic, float u)
+{
+  precise float v = cubic.x + u * (cubic.y + u * (cubic.z + u * cubic.w));
+  return v;
+}
+
+// Differences over +-1 voxel along each axis as cubics along the same line: the gradient that VTK
+// interpolates.
+struct Gradient
+{
+  vec4 x;
+  vec4 y;
+  vec4 z;
+};
+
+Gradient GradientAlong(BrickView view, ivec3 at, Corners k, vec3 w0, vec3 dw)
+{
+  Corners below;
+  Corners above;
+  Gradient g;
+  // Neighbours below and above the eight corners along each axis; below.near.x etc. as in Corners.
+  vec4 lowX = vec4(Voxel(view, at + ivec3(-1, 0, 0)), Voxel(view, at + ivec3(-1, 1, 0)),
+    Voxel(view, at + ivec3(-1, 0, 1)), Voxel(view, at + ivec3(-1, 1, 1)));
+  vec4 highX = vec4(Voxel(view, at + ivec3(2, 0, 0)), Voxel(view, at + ivec3(2, 1, 0)),
+    Voxel(view, at + ivec3(2, 0, 1)), Voxel(view, at + ivec3(2, 1, 1)));
+  below.near = vec4(lowX.x, k.near.x, lowX.y, k.near.z);
+  below.far = vec4(lowX.z, k.far.x, lowX.w, k.far.z);
+  above.near = vec4(k.near.y, highX.x, k.near.w, highX.y);
+  above.far = vec4(k.far.y, highX.z, k.far.w, highX.w);
+  g.x = CubicAlong(Corners(above.near - below.near, above.far - below.far), w0, dw);
+  vec4 lowY = vec4(Voxel(view, at + ivec3(0, -1, 0)), Voxel(view, at + ivec3(1, -1, 0)),
+    Voxel(view, at + ivec3(0, -1, 1)), Voxel(view, at + ivec3(1, -1, 1)));
+  vec4 highY = vec4(Voxel(view, at + ivec3(0, 2, 0)), Voxel(view, at + ivec3(1, 2, 0)),
+    Voxel(view, at + ivec3(0, 2, 1)), Voxel(view, at + ivec3(1, 2, 1)));
+  below.near = vec4(lowY.x, lowY.y, k.near.x, k.near.y);
+  below.far = vec4(lowY.z, lowY.w, k.far.x, k.far.y);
+  above.near = vec4(k.near.z, k.near.w, highY.x, highY.y);
+  above.far = vec4(k.far.z, k.far.w, highY.z, highY.w);
+  g.y = CubicAlong(Corners(above.near - below.near, above.far - below.far), w0, dw);
+  vec4 lowZ = vec4(Voxel(view, at + ivec3(0, 0, -1)), Voxel(view, at + ivec3(1, 0, -1)),
+    Voxel(view, at + ivec3(0, 1, -1)), Voxel(view, at + ivec3(1, 1, -1)));
+  vec4 highZ = vec4(Voxel(view, at + ivec3(0, 0, 2)), Voxel(view, at + ivec3(1, 0, 2)),
+    Voxel(view, at + ivec3(0, 1, 2)), Voxel(view, at + ivec3(1, 1, 2)));
+  g.z = CubicAlong(Corners(k.far - lowZ, highZ - k.near), w0, dw);
+  return g;
+}
+
+vec3 Along(Gradient g, float u)
+{
+  return vec3(Along(g.x, u), Along(g.y, u), Along(g.z, u));
+}
+
+// Central difference over +-1 voxel at a voxel, in data units per two voxels.
+vec3 CentralDifference(BrickView view, ivec3 at)
+{
+  vec3 forward = vec3(Voxel(view, at + ivec3(1, 0, 0)), Voxel(view, at + ivec3(0, 1, 0)),
+    Voxel(view, at + ivec3(0, 0, 1)));
+  vec3 backward = vec3(Voxel(view, at - ivec3(1, 0, 0)), Voxel(view, at - ivec3(0, 1, 0)),
+    Voxel(view, at - ivec3(0, 0, 1)));
   precise vec3 difference = (forward - backward) * view.scale;
   return difference;
 }

@@ -1,144 +1,241 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// How much of the difference of light between the halves of a segment counts as error: the midpoint
-// rule errs by about an eighth of what a linear change would add up to.
-const float SHADING_WEIGHT = 0.06;
+// The integral through one brick, interpolation cell after interpolation cell: between eight voxel
+// centres the trilinear field along a ray is a cubic, known exactly from one fetch of the corners
+// (Parker et al. 1998, section 4.2 use it for isosurfaces). It is cut where it turns and where a
+// linear piece would miss more than the error allows; no ray is cut by what the cache holds. The
+// result depends on the cell alone, so that empty cells can be leapt over.
 
-// Steps end at multiples of base * 2^-j from the eye, j chosen by the error of the last attempt: the
-// segment as one piece against two; what is kept is the result with two. Cells that the transfer
-// function makes invisible are leapt over by whole base steps, which would have added exactly 0.
+const float SMALLEST_PIECE = 1.0 / 64.0; // of a cell
+
+// Share of the colour's change along a piece that is taken as its error: light is gathered at the
+// centroid; ...
+const float HUE_WEIGHT = 0.08;
+// ... of the change of light, which turns about linearly.
+const float LIGHT_WEIGHT = 0.06;
+
+// Cells of voxel corners: cell c lies between the centres of the voxels c and c + 1 of the brick.
+struct CellWalk
+{
+  vec3 first;   // position between voxel centres at depth 0, in cells
+  vec3 inverse; // depth per cell
+  vec3 forward; // 1 where the ray goes up, else 0
+  vec3 move;    // 1 or -1
+};
+
+vec3 CellAt(CellWalk walk, vec3 direction, float t)
+{
+  precise vec3 q = walk.first + t * direction;
+  vec3 cell = floor(q);
+  // Faces decide, as they do when the walk steps over them.
+  precise vec3 exits = (cell + walk.forward - walk.first) * walk.inverse;
+  precise vec3 entries = (cell + (1.0 - walk.forward) - walk.first) * walk.inverse;
+  return cell +
+    walk.move * (vec3(lessThanEqual(exits, vec3(t))) - vec3(greaterThan(entries, vec3(t))));
+}
+
+float LargestOf(vec4 v)
+{
+  return max(max(v.x, v.y), max(v.z, v.w));
+}
+
+float SmallestOf(vec4 v)
+{
+  return min(min(v.x, v.y), min(v.z, v.w));
+}
+
+// Where in (0, 1) the cubic turns; 2 for nowhere.
+vec2 TurningPoints(vec4 c)
+{
+  float root = sqrt(max(c.z * c.z - 3.0 * c.w * c.y, 0.0));
+  float q = -(c.z + (c.z < 0.0 ? -root : root));
+  vec2 at = vec2(q / (3.0 * c.w), c.y / q);
+  bvec2 inside = bvec2(at.x > 0.0 && at.x<1.0, at.y> 0.0 && at.y < 1.0);
+  at = mix(vec2(2.0), at, inside);
+  return vec2(min(at.x, at.y), max(at.x, at.y));
+}
+
 void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float t0, float t1)
 {
-  // Scaled by its largest component: squares of voxels per world unit leave the range of a float.
-  vec3 size = abs(view.direction);
-  float largest = max(size.x, max(size.y, size.z));
-  float perVoxel = largest * length(size / largest);
-  float base = u_step.x > 0.0 ? u_step.x / perVoxel : -u_step.x / ray.world;
-  float refinement = 0.0;
+  CellWalk walk;
+  walk.first = view.base - 0.5;
+  walk.inverse = 1.0 / view.direction;
+  walk.forward = vec3(ray.positive);
+  walk.move = walk.forward * 2.0 - 1.0;
+  float lastRange = float(CellsAlong() - 1);
+  bool skip = u_switches.x != 0u;
   float t = t0;
-  Sample s0 = SampleAt(view, t0);
-  bool known = true; // s0 belongs to t
-#if TERAVOX_COUNT
-  state.samples += 1u;
-#endif
-  for (int run = 0; run < 4096; ++run)
+  vec3 cell = CellAt(walk, view.direction, t);
+  float runEnd = t0; // up to here cells are looked at one by one
+
+  for (int event = 0; event < 8192; ++event)
   {
     if (t >= t1 || state.transmittance <= u_step.z)
     {
       break;
     }
-    // Leap: to the last multiple of the base step inside the run of empty cells.
-    float runEnd = t;
-    float cellEnd = t1;
-    for (int i = 0; i < 256; ++i)
+    // The next interpolation cell that is visible. Loops are nested so that the code below runs
+    // only for those: drivers on the CPU execute what any ray of a group needs.
+    bool found = false;
+    Corners corners = Corners(vec4(0.0), vec4(0.0));
+    vec3 here = cell;
+    float begin = t;
+    for (int search = 0; search < 8192; ++search)
     {
-      if (runEnd >= t1 || refinement != 0.0)
+      if (t >= t1)
       {
         break;
       }
-      Cell cell = CellAt(view, ray, runEnd);
-      cellEnd = cell.end;
-      if (!cell.empty || cell.end <= runEnd)
+      for (int i = 0; i < 256; ++i)
       {
-        break;
-      }
-      runEnd = cell.end;
-    }
-    precise float leap = runEnd >= t1 ? t1 : floor(runEnd / base) * base;
-    if (leap > t)
-    {
-      t = leap;
-      known = false;
-    }
-    // At least one step, and not more than a cell, before the next look.
-    cellEnd = max(cellEnd, t + base);
-    if (!known && t < t1)
-    {
-      s0 = SampleAt(view, t);
-#if TERAVOX_COUNT
-      state.samples += 1u;
-#endif
-    }
-    known = true;
-    state.steps += 1u;
-    for (int i = 0; i < 4096; ++i)
-    {
-      if (t >= cellEnd || t >= t1 || state.transmittance <= u_step.z)
-      {
-        break;
-      }
-      precise float h = base * exp2(-refinement);
-      // t is often a multiple itself, and t / h may be rounded to just below it.
-      precise float cut = floor(t / h);
-      precise float next = (cut + 1.0) * h;
-      next = next > t ? next : (cut + 2.0) * h;
-      next = next > t ? min(next, t1) : t1;
-      precise float middle = 0.5 * (t + next);
-      Sample sm = SampleAt(view, middle);
-      Sample s1 = SampleAt(view, next);
-      precise float half_ = 0.5 * (next - t) * ray.world;
-      Piece near = IntegratePiece(s0, sm, half_);
-      Piece far = IntegratePiece(sm, s1, half_);
-      // The same segment as one piece: the integrals of the two parts add up.
-      precise float dx = s1.x - s0.x;
-      precise float ds = (s1.integralHigh - s0.integralHigh) + (s1.integralLow - s0.integralLow);
-      float whole = 2.0 * half_ * (abs(dx) >= 0.015625 ? ds / dx : 0.5 * (s0.s + s1.s));
-      float depth = near.depth + far.depth;
-      // Between the samples the field may bulge to the side that its second difference tells: by half
-      // of it at a kink, which faces of voxel cells are.
-      float bend = s0.x - 2.0 * sm.x + s1.x;
-      Sample outer = s0;
-      if ((sm.x > outer.x) == (bend < 0.0))
-      {
-        outer = sm;
-      }
-      if ((s1.x > outer.x) == (bend < 0.0))
-      {
-        outer = s1;
-      }
-      float bulge = half_ * ExtinctionBeyond(outer, outer.x - bend);
+        if (found || t >= t1)
+        {
+          break;
+        }
+        here = cell;
+        begin = t;
+        corners = FetchCorners(view, ivec3(here));
+        precise vec3 exits = (here + walk.forward - walk.first) * walk.inverse;
+        float leave = Minimum(exits);
+        t = min(max(leave, begin), t1);
+        cell = here + walk.move * vec3(lessThanEqual(exits, vec3(leave)));
+        float least = min(SmallestOf(corners.near), SmallestOf(corners.far));
+        float largest = max(LargestOf(corners.near), LargestOf(corners.far));
+        found = !(skip && IsEmptyBetween(NodeOf(view, least), NodeOf(view, largest)));
 #if TERAVOX_FLOAT_DATA
-      bulge = s0.x < 0.0 || sm.x < 0.0 || s1.x < 0.0 ? 0.0 : bulge;
-      whole = s0.x < 0.0 || sm.x < 0.0 || s1.x < 0.0 ? depth : whole;
+        // One voxel without a value, and there is none in between.
+        found = found && !isnan(dot(corners.near + corners.far, vec4(1.0)));
 #endif
-      float through = (1.0 - near.opacity) * (1.0 - far.opacity);
-      vec3 nearColor = near.color;
-      vec3 farColor = far.color;
+        state.steps += 1u;
+        Count(state, false);
+        if (found || t >= runEnd || t >= t1)
+        {
+          break;
+        }
+      }
+      if (found || t >= t1)
+      {
+        break;
+      }
+      // Leap over cells of CELL_EDGE^3 whose range is invisible.
+      for (int i = 0; i < 256; ++i)
+      {
+        if (t < runEnd || t >= t1)
+        {
+          break;
+        }
+        vec3 at = clamp(floor((cell - BORDER) * (1.0 / float(CELL_EDGE))), 0.0, lastRange);
+        vec2 range = CellRange(view, ivec3(at));
+        bool empty = skip &&
+          (range.x > range.y || IsEmptyBetween(NodeOf(view, range.x), NodeOf(view, range.y)));
+        vec3 low = at * float(CELL_EDGE) + BORDER;
+        // The first cell begins half a voxel before the brick.
+        vec3 face = mix(low - vec3(equal(at, vec3(0.0))), low + float(CELL_EDGE), walk.forward);
+        precise vec3 exits = (face - walk.first) * walk.inverse;
+        float leave = max(Minimum(exits), t);
+        vec3 next = CellAt(walk, view.direction, leave);
+        vec3 beyond = face - (1.0 - walk.forward);
+        next = mix(next, beyond, vec3(lessThanEqual(exits, vec3(leave))));
+        runEnd = empty ? runEnd : leave;
+        cell = empty ? next : cell;
+        t = empty ? leave : t;
+        if (!empty || t >= t1)
+        {
+          break;
+        }
+      }
+    }
+    if (found)
+    {
+      precise vec3 w0 = (walk.first + begin * view.direction) - here;
+      precise vec3 dw = (t - begin) * view.direction;
+      vec4 cubic = CubicAlong(corners, w0, dw);
+      cubic *= view.scale;
+      cubic.x += view.offset;
+      cubic *= u_transfer.z;
+      float length_ = (t - begin) * ray.world;
+      vec2 turns = TurningPoints(cubic);
+      // Twice the largest second derivative.
+      float bend = max(abs(cubic.z), abs(cubic.z + 3.0 * cubic.w));
 #if TERAVOX_SHADE
-      nearColor = LitColor(near, LightAt(state, view, level, 0.5 * (t + middle)));
-      farColor = LitColor(far, LightAt(state, view, level, 0.5 * (middle + next)));
-      // Light changes inside the pieces as it does between them.
-      vec3 turn = abs(nearColor - farColor);
-      float shading = max(turn.x, max(turn.y, turn.z)) * (1.0 - through) * SHADING_WEIGHT;
-#else
-      float shading = 0.0;
+      Gradient gradient = GradientAlong(view, ivec3(here), corners, w0, dw);
+      float scale = view.scale;
+      vec3 perVoxel = scale / vec3(u_levelFactor[level].xyz);
 #endif
-      vec3 hue = abs(near.color - far.color);
-      float order = max(hue.x, max(hue.y, hue.z)) * (1.0 - through) * min(depth, 1.0) * 0.25;
-      float error = state.transmittance *
-        max(min(abs(depth - whole) + bulge, 1.0) * max(through, 0.1 * (1.0 - through)),
-          max(order, shading));
-      state.steps += 1u;
+      float u = 0.0;
+      float size = 1.0;
+      Sample a = SampleTransfer(cubic.x);
+      vec3 colorA = TransferColor(cubic.x);
+#if TERAVOX_SHADE
+      Light lightA = Shade(Along(gradient, 0.0) * perVoxel, state.towardsLight);
+#endif
+      bool contributes = false;
+      for (int i = 0; i < 512; ++i)
+      {
+        if (u >= 1.0 || state.transmittance <= u_step.z)
+        {
+          break;
+        }
+        float to = min(u + size, 1.0);
+        to = turns.x > u && turns.x < to ? turns.x : to;
+        to = turns.y > u && turns.y < to ? turns.y : to;
+        precise float x = Along(cubic, to);
+        Sample b = SampleTransfer(x);
+        float mean = MeanExtinction(a, b);
+        precise float pieceLength = (to - u) * length_;
+        precise float depth = mean * pieceLength;
+        float opacity = OpacityOf(depth);
+        vec3 colorB = TransferColor(x);
+        float gathered = CentroidOf(a.s, b.s, depth, opacity);
+        vec3 color = mix(colorA, colorB, gathered);
+        // How far the field is from the line between its ends; what that does to the optical depth.
+        float off = bend * (to - u) * (to - u) * 0.25;
+        float dx = abs(x - a.x);
+        float rise = abs(b.s - a.s);
+        float uneven = abs(mean - 0.5 * (a.s + b.s));
+        float slope = max(max(abs(a.slope), abs(b.slope)), rise / max(dx, 1.0e-3));
+        float change = min(0.67 * slope * off + 4.0 * uneven * min(1.0, off / max(dx, 1.0e-3)),
+          a.s + b.s + 2.0 * mean);
+        vec3 hue = abs(colorB - colorA);
+        float turn = max(hue.x, max(hue.y, hue.z)) *
+          (HUE_WEIGHT * min(depth, 1.0) + uneven / max(mean, 1.0e-30) * 0.25);
+#if TERAVOX_SHADE
+        Light lightB = Shade(Along(gradient, to) * perVoxel, state.towardsLight);
+        Light light;
+        light.diffuse = mix(lightA.diffuse, lightB.diffuse, gathered);
+        light.specular = mix(lightA.specular, lightB.specular, gathered);
+        vec3 lit = abs(LitColor(colorB, lightB) - LitColor(colorA, lightA));
+        turn += max(lit.x, max(lit.y, lit.z)) * LIGHT_WEIGHT;
+        color = LitColor(color, light);
+#endif
+        float gained = state.transmittance * opacity;
+        float error = state.transmittance * min(change * pieceLength, 1.0) * (1.0 - opacity) +
+          gained * min(turn, 1.0);
+        state.steps += 1u;
+        if (error > u_step.y * gained + u_step.w && to - u > SMALLEST_PIECE)
+        {
+          size = (to - u) * 0.5;
+        }
+        else
+        {
+          Accumulate(state, opacity, color);
+          contributes = contributes || depth > 0.0;
+          u = to;
+          a = b;
+          colorA = colorB;
+#if TERAVOX_SHADE
+          lightA = lightB;
+#endif
+          size *= 2.0;
+        }
+        if (u >= 1.0 || state.transmittance <= u_step.z)
+        {
+          break;
+        }
+      }
 #if TERAVOX_COUNT
-      state.samples += 2u;
-      state.contributing += depth > 0.0 ? 2u : 0u;
+      state.contributing += contributes ? 1u : 0u;
 #endif
-      if (error > u_step.y && refinement < u_step.w)
-      {
-        // The error falls with the square of the step.
-        float more = error > 16.0 * u_step.y ? 2.0 : 1.0;
-        refinement = min(refinement + more, u_step.w);
-      }
-      else
-      {
-        Accumulate(state, near, nearColor, far, farColor);
-        t = next;
-        s0 = s1;
-        // Nothing is remembered of an invisible base step, so that it can be leapt over.
-        bool forget = depth == 0.0 && floor(next / base + 0.5) * base == next;
-        refinement = forget ? 0.0
-          : error < 0.0625 * u_step.y ? max(refinement - 1.0, 0.0) : refinement;
-      }
     }
   }
 }

@@ -18,14 +18,19 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
     float next = min(Minimum(exits), t1);
     if (next > t)
     {
-      Sample s = Classify(view, FetchNearest(view, voxel));
-      Piece piece = IntegratePiece(s, s, (next - t) * ray.world);
-      Light light = LightAt(state, view, level, 0.5 * (t + next));
-      Accumulate(state, piece, LitColor(piece, light), NoPiece(), vec3(0.0));
-#if TERAVOX_COUNT
-      state.samples += 1u;
-      state.contributing += piece.depth > 0.0 ? 1u : 0u;
+      float texel = Voxel(view, voxel);
+      float node = NodeOf(view, texel);
+      precise float depth = SampleTransfer(node).s * ((next - t) * ray.world);
+#if TERAVOX_FLOAT_DATA
+      depth = isnan(texel) ? 0.0 : depth;
 #endif
+      vec3 color = TransferColor(node);
+#if TERAVOX_SHADE
+      vec3 difference = CentralDifference(view, voxel) / vec3(u_levelFactor[level].xyz);
+      color = LitColor(color, Shade(difference, state.towardsLight));
+#endif
+      Accumulate(state, OpacityOf(depth), color);
+      Count(state, depth > 0.0);
       t = next;
     }
     state.steps += 1u;

@@ -26,7 +26,7 @@ void Stamp(uint at)
   }
 }
 
-Found Translate(int level, uvec3 brick)
+Found Nothing()
 {
   Found found;
   found.kind = FOUND_MISSING;
@@ -34,33 +34,41 @@ Found Translate(int level, uvec3 brick)
   found.region = 0;
   found.low = 0.0;
   found.high = 0.0;
+  return found;
+}
+
+Found Translate(Level level, uvec3 brick)
+{
+  Found found = Nothing();
   int depth = int(u_levels.w);
-  uvec3 bricks = u_levelBricks[level].xyz;
   uint shift = PAGE_SHIFT * uint(depth);
   uvec3 page = brick >> shift;
-  uint columns = PagesAlong(bricks.x, uint(depth));
-  uint rows = PagesAlong(bricks.y, uint(depth));
-  uint entry = u_levelFactor[level].w + page.x + columns * (page.y + rows * page.z);
+  uint columns = PagesAlong(level.bricks.x, uint(depth));
+  uint rows = PagesAlong(level.bricks.y, uint(depth));
+  uint entry = level.base + page.x + columns * (page.y + rows * page.z);
   for (int k = depth; k >= 0; --k)
   {
-    uint word = b_pageTable[3u * entry];
-    float low = uintBitsToFloat(b_pageTable[3u * entry + 1u]);
-    float high = uintBitsToFloat(b_pageTable[3u * entry + 2u]);
+    uvec3 words = texelFetch(u_pageTable, int(entry)).xyz;
+    uint word = words.x;
+    float low = uintBitsToFloat(words.y);
+    float high = uintBitsToFloat(words.z);
     uint state = PageState(word);
-    if (state == PAGE_SINGLE)
-    {
-      float x = TransferPosition(low, high);
-      bool none = u_switches.x != 0u && IsEmptyBetween(x, x);
-      found.kind = none ? FOUND_EMPTY : FOUND_SINGLE;
-      found.region = 0;
-      found.low = low;
-      found.high = high;
-      break;
-    }
-    if (u_switches.x != 0u && IsEmpty(low, high))
+    // A single value is a pair of floats, else these are the ends of the range.
+    bool single = state == PAGE_SINGLE;
+    float from = TransferPosition(low, single ? high : 0.0);
+    float to = single ? from : TransferPosition(high, 0.0);
+    bool none = !single && low > high; // no value at all
+    if (u_switches.x != 0u && (none || IsEmptyBetween(from, to)))
     {
       found.kind = FOUND_EMPTY;
-      found.region = k;
+      found.region = single ? 0 : k;
+      break;
+    }
+    if (single)
+    {
+      found.kind = FOUND_SINGLE;
+      found.low = low;
+      found.high = high;
       break;
     }
     if (state == PAGE_FAILED)

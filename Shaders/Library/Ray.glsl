@@ -38,20 +38,41 @@ vec3 Anchored(uvec3 face)
   return vec3(ivec3(min(face, u_dimensions.xyz) - u_anchor.xyz));
 }
 
-// Depths at which the ray crosses the faces with these brick indices of a level.
-vec3 FaceDepths(Ray ray, int level, uvec3 index)
+// What a ray needs to know of a level. Loaded once for all bricks of the level: drivers on the CPU
+// gather uniforms of a varying index lane by lane.
+struct Level
 {
-  precise vec3 t =
-    (Anchored(index * u_dimensions.w * u_levelFactor[level].xyz) - ray.origin) * ray.inverse;
+  uvec3 edge;   // of a brick, in voxels of level 0
+  uvec3 bricks; // along each axis
+  uint base;    // in the page directory
+  float begin;  // depths
+  float end;
+};
+
+Level LoadLevel(int level)
+{
+  Level l;
+  l.edge = u_dimensions.w * u_levelFactor[level].xyz;
+  l.bricks = u_levelBricks[level].xyz;
+  l.base = u_levelFactor[level].w;
+  l.begin = level > int(u_levels.y) ? u_levelStart[level].x : -3.0e38;
+  l.end = level < int(u_levels.z) ? u_levelStart[level + 1].x : 3.0e38;
+  return l;
+}
+
+// Depths at which the ray crosses the faces with these brick indices of a level.
+vec3 FaceDepths(Ray ray, Level level, uvec3 index)
+{
+  precise vec3 t = (Anchored(index * level.edge) - ray.origin) * ray.inverse;
   return t;
 }
 
-vec3 EntryDepths(Ray ray, int level, uvec3 brick)
+vec3 EntryDepths(Ray ray, Level level, uvec3 brick)
 {
   return FaceDepths(ray, level, brick + (uvec3(1u) - ray.positive));
 }
 
-vec3 ExitDepths(Ray ray, int level, uvec3 brick)
+vec3 ExitDepths(Ray ray, Level level, uvec3 brick)
 {
   return FaceDepths(ray, level, brick + ray.positive);
 }
@@ -81,25 +102,18 @@ int LevelAt(float t)
   return level;
 }
 
-// Depth at which the level ends and the next one begins.
-float LevelEnd(int level)
-{
-  return level < int(u_levels.z) ? u_levelStart[level + 1].x : 3.0e38;
-}
-
 // The brick at a depth: on each axis the one whose entry face has been met and whose exit face
 // hasn't. Exactly what stepping from face to face arrives at, so that a jump over an empty region
 // changes nothing.
-uvec3 BrickAt(Ray ray, int level, float t)
+uvec3 BrickAt(Ray ray, Level level, float t)
 {
   vec3 p = floor(ray.origin + t * ray.direction);
-  uvec3 edge = u_dimensions.w * u_levelFactor[level].xyz;
-  ivec3 last = ivec3(u_levelBricks[level].xyz) - 1;
+  ivec3 last = ivec3(level.bricks) - 1;
   // In 64 bits this would be one addition; here the sum is kept inside the volume on both sides.
   vec3 low = -vec3(u_anchor.xyz);
   vec3 high = vec3(u_dimensions.xyz - 1u - u_anchor.xyz);
   uvec3 voxel = u_anchor.xyz + uvec3(ivec3(clamp(p, low, high)));
-  ivec3 b = min(ivec3(min(voxel, u_dimensions.xyz - 1u) / edge), last);
+  ivec3 b = min(ivec3(min(voxel, u_dimensions.xyz - 1u) / level.edge), last);
   ivec3 forward = ivec3(ray.positive) * 2 - 1;
   for (int i = 0; i < 4; ++i)
   {

@@ -1,28 +1,29 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// Phong shading as VTK 9.1 does it for one light at the camera, with two habits of it put right: the
-// central difference spans one voxel of the level on each side (VTK: n / (n - 1) voxels), and normals
-// are turned by the image's direction matrix.
+// Phong shading as VTK 9.1 does it for one light at the camera, with two habits of it put right:
+// the central difference spans one voxel of the level on each side (VTK: n / (n - 1) voxels), and
+// normals are turned by the image's direction matrix.
 
 struct Light
 {
   vec3 diffuse;  // factor of the colour, ambient included
-  vec3 specular;  // added to the colour
+  vec3 specular; // added to the colour
 };
 
-// Unit vector from where the ray begins in the volume to the eye, in dataset space (world without the
-// prop's matrix). In parallel projection VTK's headlight is still at the camera's position.
+// Unit vector from where the ray begins in the volume to the eye, in dataset space (world without
+// the prop's matrix). In parallel projection VTK's headlight is still at the camera's position.
 vec3 TowardsLight(Ray ray, float begin)
 {
   vec3 v = u_eye.xyz - (ray.origin + begin * ray.direction);
-  return normalize(vec3(dot(u_dataset[0].xyz, v), dot(u_dataset[1].xyz, v), dot(u_dataset[2].xyz, v)));
+  return normalize(
+    vec3(dot(u_dataset[0].xyz, v), dot(u_dataset[1].xyz, v), dot(u_dataset[2].xyz, v)));
 }
 
 // `gradient`: central difference per axis, in voxels of level 0.
 Light Shade(vec3 gradient, vec3 towardsLight)
 {
-  vec3 g = vec3(dot(u_normal[0].xyz, gradient), dot(u_normal[1].xyz, gradient),
-    dot(u_normal[2].xyz, gradient));
+  vec3 g = vec3(
+    dot(u_normal[0].xyz, gradient), dot(u_normal[1].xyz, gradient), dot(u_normal[2].xyz, gradient));
   Light light;
   light.diffuse = vec3(u_material.x);
   light.specular = vec3(0.0);
@@ -36,4 +37,10 @@ Light Shade(vec3 gradient, vec3 towardsLight)
       u_lightSpecular.rgb * (u_material.z * (cosine > 0.0 ? pow(cosine, u_material.w) : 0.0));
   }
   return light;
+}
+
+// As VTK, the lit colour is clamped before it is weighted with the opacity.
+vec3 LitColor(vec3 color, Light light)
+{
+  return clamp(color * light.diffuse + light.specular, 0.0, 1.0);
 }

@@ -32,11 +32,8 @@ const uint FEEDBACK_STAMPS = FEEDBACK_HEADER_WORDS + REQUEST_ENTRIES * REQUEST_W
 
 const uint TILE_SIZE = 32u;
 
-// Texels of one node of the transfer table.
-const uint TRANSFER_TEXELS = 3u;
-
 // Edge of a cell, in voxels: the unit in which emptiness inside a brick is known.
-const uint CELL_EDGE = 8u;
+const uint CELL_EDGE = 4u;
 
 uint PageState(uint word)
 {

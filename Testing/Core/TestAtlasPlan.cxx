@@ -21,11 +21,6 @@ PyramidLayout Layout(const Int3& dimensions, int brickSize)
   return PyramidLayout::MakeDefault(dimensions, { 1, 1, 1 }, brickSize).Value();
 }
 
-bool IsPowerOfTwo(std::int64_t n)
-{
-  return n > 0 && (n & (n - 1)) == 0;
-}
-
 void CheckPlan(const PyramidLayout& layout, const AtlasRequest& request, const AtlasPlan& plan)
 {
   const std::int64_t edge = layout.StoredSize();
@@ -39,11 +34,12 @@ void CheckPlan(const PyramidLayout& layout, const AtlasRequest& request, const A
   for (std::size_t a = 0; a < 3; ++a)
   {
     ASSERT_LE(plan.SlotsPerAxis[a] * edge, plan.AtlasSize[a]);
-    ASSERT_LE(plan.AtlasSize[a], request.MaximumTextureSize);
-    ASSERT_TRUE(!request.PowerOfTwo || IsPowerOfTwo(plan.AtlasSize[a]));
+    ASSERT_TRUE(plan.Buffer || plan.AtlasSize[a] <= request.MaximumTextureSize);
     texels *= static_cast<std::uint64_t>(plan.AtlasSize[a]);
   }
   ASSERT_EQ(plan.AtlasBytes, texels * request.BytesPerTexel);
+  ASSERT_EQ(plan.Buffer, request.MaximumBufferTexels >= 2 * edge * edge * edge);
+  ASSERT_TRUE(!plan.Buffer || texels <= static_cast<std::uint64_t>(request.MaximumBufferTexels));
   // One chain of page blocks, and what a table of this plan allocates.
   ASSERT_GE(plan.PageBlocks, static_cast<std::uint32_t>(layout.PageDepth()));
   ASSERT_EQ(
@@ -74,7 +70,7 @@ TEST(AtlasPlan, StaysWithinAnyBudget)
   {
     for (const std::uint32_t bytesPerTexel : { 1u, 2u, 4u, 16u })
     {
-      for (const bool powerOfTwo : { false, true })
+      for (const std::int64_t bufferTexels : { std::int64_t{ 0 }, std::int64_t{ 1 } << 27 })
       {
         for (const std::uint64_t reserved : { std::uint64_t{ 0 }, 3 * MiB + 17 })
         {
@@ -84,7 +80,7 @@ TEST(AtlasPlan, StaysWithinAnyBudget)
             request.BudgetBytes = budget;
             request.ReservedBytes = reserved;
             request.BytesPerTexel = bytesPerTexel;
-            request.PowerOfTwo = powerOfTwo;
+            request.MaximumBufferTexels = bufferTexels;
             request.SlotTable = bytesPerTexel == 4;
             const auto plan = PlanAtlas(layout, request);
             if (plan)
@@ -112,7 +108,7 @@ TEST(AtlasPlan, TheLeastInTheMessageIsTheLeast)
 {
   for (const int brick : { 16, 32, 64 })
   {
-    for (const bool powerOfTwo : { false, true })
+    for (const std::int64_t bufferTexels : { std::int64_t{ 0 }, std::int64_t{ 1 } << 27 })
     {
       for (const std::uint64_t reserved : { std::uint64_t{ 0 }, std::uint64_t{ 999999 } })
       {
@@ -121,7 +117,7 @@ TEST(AtlasPlan, TheLeastInTheMessageIsTheLeast)
         request.BudgetBytes = 1000;
         request.ReservedBytes = reserved;
         request.BytesPerTexel = 2;
-        request.PowerOfTwo = powerOfTwo;
+        request.MaximumBufferTexels = bufferTexels;
         const auto refused = PlanAtlas(layout, request);
         ASSERT_FALSE(refused.Ok());
         EXPECT_NE(refused.GetStatus().Message().find("1000 bytes"), std::string::npos);
@@ -150,7 +146,7 @@ TEST(AtlasPlan, BricksThatFitNoTextureAreNamed)
 TEST(AtlasPlan, MoreMemoryNeverMeansFewerSlots)
 {
   const PyramidLayout layout = Layout({ 2160, 2560, 1072 }, 32);
-  for (const bool powerOfTwo : { false, true })
+  for (const std::int64_t bufferTexels : { std::int64_t{ 0 }, std::int64_t{ 1 } << 27 })
   {
     std::uint32_t before = 0;
     for (std::uint64_t budget = 4 * MiB; budget < 4096 * MiB; budget += budget / 7)
@@ -158,7 +154,7 @@ TEST(AtlasPlan, MoreMemoryNeverMeansFewerSlots)
       AtlasRequest request;
       request.BudgetBytes = budget;
       request.BytesPerTexel = 2;
-      request.PowerOfTwo = powerOfTwo;
+      request.MaximumBufferTexels = bufferTexels;
       const auto plan = PlanAtlas(layout, request);
       if (plan)
       {
@@ -166,7 +162,8 @@ TEST(AtlasPlan, MoreMemoryNeverMeansFewerSlots)
         before = plan.Value().Slots;
       }
     }
-    EXPECT_GT(before, 10000u);
+    // 2^27 texels of a buffer texture hold 2876 bricks.
+    EXPECT_GT(before, bufferTexels == 0 ? 10000u : 2800u);
   }
 }
 
@@ -175,11 +172,11 @@ TEST(AtlasPlan, UsesMostOfTheBudget)
   AtlasRequest request;
   request.BudgetBytes = 1024 * MiB;
   request.BytesPerTexel = 2;
-  request.PowerOfTwo = false;
   const PyramidLayout layout = Layout({ 64000, 50000, 114 }, 32);
   EXPECT_GT(PlanAtlas(layout, request).Value().TotalBytes(), request.BudgetBytes * 9 / 10);
-  request.PowerOfTwo = true;
-  EXPECT_GE(PlanAtlas(layout, request).Value().TotalBytes(), request.BudgetBytes / 2);
+  // A buffer texture is limited by its texels, here to half of the budget.
+  request.MaximumBufferTexels = std::int64_t{ 1 } << 28;
+  EXPECT_GT(PlanAtlas(layout, request).Value().TotalBytes(), request.BudgetBytes / 2 * 9 / 10);
 }
 
 TEST(AtlasPlan, SmallVolumesGetSmallAtlases)
@@ -199,12 +196,12 @@ TEST(AtlasPlan, SmallVolumesGetSmallAtlases)
 TEST(AtlasPlan, AddressingOfTheMouseBrainFitsTwoMegabytes)
 {
   const PyramidLayout layout = Layout({ 64000, 50000, 114 }, 32);
-  for (const bool powerOfTwo : { false, true })
+  for (const std::int64_t bufferTexels : { std::int64_t{ 0 }, std::int64_t{ 1 } << 27 })
   {
     AtlasRequest request;
     request.BudgetBytes = std::uint64_t{ 4 } << 30;
     request.BytesPerTexel = 4;
-    request.PowerOfTwo = powerOfTwo;
+    request.MaximumBufferTexels = bufferTexels;
     const AtlasPlan plan = PlanAtlas(layout, request).Value();
     std::cout << "addressing " << plan.AddressingBytes() << " bytes for " << plan.Slots
               << " slots and " << plan.PageBlocks << " page blocks\n";

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <gtest/gtest.h>
 #include <random>
 #include <vector>
@@ -22,13 +21,6 @@ void White(double, double* rgb)
   rgb[0] = rgb[1] = rgb[2] = 1;
 }
 
-float AsFloat(std::uint32_t bits)
-{
-  float value = 0;
-  std::memcpy(&value, &bits, sizeof(value));
-  return value;
-}
-
 // A table as the marcher reads it; the only place here that knows its words.
 class View
 {
@@ -40,40 +32,42 @@ public:
 
   int Nodes() const { return this->Table.Nodes; }
   double ValueAt(int node) const { return this->Table.Low + node / this->Table.NodesPerUnit; }
-  float S(int node) const { return AsFloat(this->Word(node, 2)); }
-  float NextS(int node) const { return AsFloat(this->Word(node, 3)); }
-  std::uint32_t Occupied(int node) const
+  float S(int node) const { return this->Node(node)[2]; }
+  float NextS(int node) const { return this->Node(node)[3]; }
+  // The first interval from this one on that isn't zero; interval i ends at node i.
+  int Occupied(int interval) const
   {
-    return this->Table.Occupied[static_cast<std::size_t>(node)];
+    return this->Table.Occupied[static_cast<std::size_t>(interval)];
   }
   // Differences of integrals over nodes, in floats and in the order of the shader.
-  float Between(int from, int to) const { return this->Difference(from, to, 0, 1); }
-  float EmissionBetween(int from, int to, int channel) const
+  float Between(int from, int to) const
   {
-    return this->Difference(from, to, 4 + channel, 8 + channel);
+    const float ofHigh = this->Node(to)[0] - this->Node(from)[0];
+    const float ofLow = this->Node(to)[1] - this->Node(from)[1];
+    return ofHigh + ofLow;
   }
   // The same in units of data values.
   double Integral(int from, int to) const
   {
     return static_cast<double>(this->Between(from, to)) / this->Table.NodesPerUnit;
   }
-  double ColorOf(int interval, int channel) const
+  double ColorOf(int node, int channel) const
   {
-    const std::uint32_t packed =
-      channel < 2 ? this->Word(interval, 7) >> (16 * channel) : this->Word(interval, 11);
-    return (packed & 0xffffu) / 65535.0;
+    return (this->Packed(node, channel) & 0xffffu) / 65535.0;
+  }
+  double NextColorOf(int node, int channel) const
+  {
+    return (this->Packed(node, channel) >> 16) / 65535.0;
   }
 
 private:
-  std::uint32_t Word(int node, int word) const
+  const std::array<float, 4>& Node(int node) const
   {
-    return this->Table.Texels[static_cast<std::size_t>(node) * 12 + static_cast<std::size_t>(word)];
+    return this->Table.Integrals[static_cast<std::size_t>(node)];
   }
-  float Difference(int from, int to, int high, int low) const
+  std::uint32_t Packed(int node, int channel) const
   {
-    const float ofHigh = AsFloat(this->Word(to, high)) - AsFloat(this->Word(from, high));
-    const float ofLow = AsFloat(this->Word(to, low)) - AsFloat(this->Word(from, low));
-    return ofHigh + ofLow;
+    return this->Table.Colors[static_cast<std::size_t>(node)][static_cast<std::size_t>(channel)];
   }
 
   const TransferTable& Table;
@@ -293,7 +287,7 @@ TEST(TransferTable, IntegersLieOnNodes)
     const auto function = FromExtinction([](double) { return 0.1; }, { data.Min, 19, data.Max });
     const TransferTable table = BuildTransferTable(function, data, true, 1e-3);
     ASSERT_EQ(table.NodesPerUnit, std::floor(table.NodesPerUnit));
-    ASSERT_LE(table.Nodes, 65537);
+    ASSERT_LE(table.Nodes, 65536);
     ASSERT_NEAR((table.High - table.Low) * table.NodesPerUnit, table.Nodes - 1, 1e-9);
   }
 }
@@ -312,7 +306,6 @@ TEST(TransferTable, DifferencesDoNotCancelBesideMuchLargerParts)
     {
       const double exact = 1 + (i + 0.5) / 4096;
       ASSERT_NEAR(static_cast<double>(view.Between(i, i + 1)), exact, 1e-6 * exact) << i;
-      ASSERT_NEAR(static_cast<double>(view.EmissionBetween(i, i + 1, 1)), exact, 1e-6 * exact);
     }
   }
   EXPECT_NEAR(static_cast<double>(view.Between(1999, 2001)), 1e8, 10);
@@ -358,38 +351,46 @@ TEST(TransferTable, ZeroIsExactlyZeroAndCounted)
     const TransferTable table =
       BuildTransferTable(FromExtinction(extinction, knots, 1e-3), { 0, 255 }, integers, 1e-3);
     const View view(table);
-    std::uint32_t count = 0;
     int empty = 0;
     for (int i = 0; i + 1 < view.Nodes(); ++i)
     {
-      ASSERT_EQ(view.Occupied(i), count);
       const bool zero = view.S(i) == 0 && view.S(i + 1) == 0;
-      count += zero ? 0 : 1;
+      ASSERT_EQ(view.Occupied(i + 1) == i + 1, !zero);
       if (zero)
       {
         ++empty;
         ASSERT_EQ(view.Between(i, i + 1), 0.0f);
-        for (const int c : { 0, 1, 2 })
-        {
-          ASSERT_EQ(view.EmissionBetween(i, i + 1, c), 0.0f);
-        }
       }
     }
-    ASSERT_EQ(view.Occupied(view.Nodes() - 1), count);
     EXPECT_GT(empty, view.Nodes() / 2);
     EXPECT_LT(empty, view.Nodes());
+    // Before the first node nothing is visible, behind the last one the function goes on.
+    ASSERT_EQ(table.Occupied.size(), static_cast<std::size_t>(view.Nodes()) + 1);
+    EXPECT_GT(view.Occupied(0), 0);
+    EXPECT_EQ(view.Occupied(view.Nodes()), view.Nodes());
     // Over any span: no occupied interval if and only if the integral is 0, exactly.
     std::mt19937_64 random(3);
     for (int k = 0; k < 5000; ++k)
     {
       const int a = static_cast<int>(random() % (view.Nodes() - 1));
       const int b = std::min(view.Nodes() - 1, a + 1 + static_cast<int>(random() % 600));
-      ASSERT_EQ(view.Occupied(a) == view.Occupied(b), view.Between(a, b) == 0.0f);
+      ASSERT_EQ(view.Occupied(a + 1) > b, view.Between(a, b) == 0.0f);
     }
   }
 }
 
-TEST(TransferTable, EmissionIsTheIntegralOfColorTimesExtinction)
+// An invisible function is so everywhere, also where it has no nodes.
+TEST(TransferTable, NothingVisible)
+{
+  const TransferTable table =
+    BuildTransferTable(FromExtinction([](double) { return 0; }, { 0, 1 }), { 0, 1 }, false, 1e-3);
+  for (const int next : table.Occupied)
+  {
+    ASSERT_GT(next, table.Nodes);
+  }
+}
+
+TEST(TransferTable, ColorsOfANodeAndTheNext)
 {
   auto function = FromExtinction([](double v) { return 0.2 + 0.1 * v; }, { 0, 8 });
   function.Color = [](double v, double* rgb)
@@ -400,24 +401,15 @@ TEST(TransferTable, EmissionIsTheIntegralOfColorTimesExtinction)
   };
   const TransferTable table = BuildTransferTable(function, { 0, 8 }, false, 1e-3);
   const View view(table);
-  const std::array<Curve, 3> emission{ [](double v) { return 0.5 * (0.2 + 0.1 * v); },
-    [](double v) { return v / 8 * (0.2 + 0.1 * v); },
-    [](double v) { return std::clamp(2 - v, 0.0, 1.0) * (0.2 + 0.1 * v); } };
-  std::mt19937_64 random(8);
-  for (int k = 0; k < 30; ++k)
+  for (int i = 0; i < view.Nodes(); ++i)
   {
-    const int a = static_cast<int>(random() % (view.Nodes() - 1));
-    const int b = a + 1 + static_cast<int>(random() % (view.Nodes() - 1 - a));
+    std::array<double, 3> exact{};
+    function.Color(view.ValueAt(i), exact.data());
     for (const int c : { 0, 1, 2 })
     {
-      const auto channel = static_cast<std::size_t>(c);
-      const double exact = Quadrature(emission[channel], view.ValueAt(a), view.ValueAt(b), 20000);
-      ASSERT_NEAR(static_cast<double>(view.EmissionBetween(a, b, c)) / table.NodesPerUnit, exact,
-        2e-5 * exact + 1e-7);
-      // The colour of one interval is its emission over its extinction, to 16 bits.
-      const double mean = static_cast<double>(view.EmissionBetween(a, a + 1, c)) /
-        static_cast<double>(view.Between(a, a + 1));
-      ASSERT_NEAR(view.ColorOf(a, c), mean, 1.5 / 65535);
+      ASSERT_NEAR(
+        view.ColorOf(i, c), std::clamp(exact[static_cast<std::size_t>(c)], 0.0, 1.0), 1e-5);
+      ASSERT_EQ(view.NextColorOf(i, c), view.ColorOf(std::min(i + 1, view.Nodes() - 1), c));
     }
   }
 }
@@ -426,9 +418,10 @@ TEST(TransferTable, SizesAreThoseOfItsArrays)
 {
   const TransferTable table =
     BuildTransferTable(FromExtinction([](double) { return 1; }, { 0, 1 }), { 0, 1 }, false, 1e-3);
-  EXPECT_EQ(table.Texels.size(), static_cast<std::size_t>(table.Nodes) * 12);
-  EXPECT_EQ(table.Occupied.size(), static_cast<std::size_t>(table.Nodes));
-  EXPECT_EQ(table.SizeInBytes(), static_cast<std::uint64_t>(table.Nodes) * 52);
+  const auto nodes = static_cast<std::size_t>(table.Nodes);
+  EXPECT_EQ(table.Integrals.size(), nodes);
+  EXPECT_EQ(table.Colors.size(), nodes);
+  EXPECT_EQ(table.SizeInBytes(), nodes * 28 + (nodes + 1) * 2);
 }
 
 } // namespace teravox

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Steps of a given length: samples at its multiples from the eye and at brick faces, linear in
+// between. What a user who switches error control off gets, and what the order of convergence is
+// measured with.
+
+Sample SampleAt(BrickView view, float t)
+{
+  precise vec3 q = LocalPosition(view, t) - 0.5;
+  vec3 cell = clamp(floor(q), 0.0, float(u_atlas.w) - 2.0);
+  precise vec3 w = q - cell;
+  float texel = CubicAlong(FetchCorners(view, ivec3(cell)), w, vec3(0.0)).x;
+  Sample s = SampleTransfer(NodeOf(view, texel));
+#if TERAVOX_FLOAT_DATA
+  s.s = isnan(texel) ? -1.0 : s.s; // no value
+#endif
+  return s;
+}
+
+#if TERAVOX_SHADE
+Light LightAt(State state, BrickView view, int level, float t)
+{
+  precise vec3 q = LocalPosition(view, t) - 0.5;
+  vec3 cell = clamp(floor(q), 1.0, float(u_atlas.w) - 3.0);
+  precise vec3 w = q - cell;
+  Corners corners = FetchCorners(view, ivec3(cell));
+  Gradient gradient = GradientAlong(view, ivec3(cell), corners, w, vec3(0.0));
+  return Shade(
+    Along(gradient, 0.0) * (view.scale / vec3(u_levelFactor[level].xyz)), state.towardsLight);
+}
+#endif
+
+void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float t0, float t1)
+{
+  float step_ = u_step.x / ray.world;
+  float t = t0;
+  Sample a = SampleAt(view, t0);
+  Count(state, false);
+  for (int i = 0; i < 16384; ++i)
+  {
+    if (t >= t1 || state.transmittance <= u_step.z)
+    {
+      break;
+    }
+    // t is often a multiple itself, and t / step may be rounded to just below it.
+    precise float cut = floor(t / step_);
+    precise float next = (cut + 1.0) * step_;
+    next = next > t ? next : (cut + 2.0) * step_;
+    next = next > t ? min(next, t1) : t1;
+    Sample b = SampleAt(view, next);
+    precise float depth = MeanExtinction(a, b) * ((next - t) * ray.world);
+#if TERAVOX_FLOAT_DATA
+    depth = a.s < 0.0 || b.s < 0.0 ? 0.0 : depth;
+#endif
+    float opacity = OpacityOf(depth);
+    float gathered = CentroidOf(a.s, b.s, depth, opacity);
+    vec3 color = mix(TransferColor(a.x), TransferColor(b.x), gathered);
+#if TERAVOX_SHADE
+    color = LitColor(color, LightAt(state, view, level, mix(t, next, gathered)));
+#endif
+    Accumulate(state, opacity, color);
+    state.steps += 1u;
+    Count(state, depth > 0.0);
+    t = next;
+    a = b;
+  }
+}

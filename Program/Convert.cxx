@@ -6,6 +6,7 @@
 #include "ImageInput.h"
 #include "Interrupt.h"
 #include "ProgressBar.h"
+#include "PyramidWriter.h"
 #include "VolumeInput.h"
 #include "vtkHDF5PyramidWriter.h"
 
@@ -92,7 +93,7 @@ Status RunConvert(const ConvertOptions& options)
   {
     return input.GetStatus();
   }
-  CatchInterrupts();
+  CatchInterrupts(PyramidWriter::TemporaryName(options.Output));
   ProgressBar bar;
   vtkNew<vtkHDF5PyramidWriter> writer;
   Configure(writer, options);

@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
+
 namespace teravox::program
 {
 
-/// From now on Ctrl-C and SIGTERM set a flag instead of ending the program, so that it can clean
-/// up; a second one ends it at once.
-void CatchInterrupts();
+/// From now on Ctrl-C, SIGTERM and the end of the terminal set a flag instead of ending the
+/// program, so that it can clean up. A second one removes this unfinished file and ends it at once.
+void CatchInterrupts(const std::string& unfinished);
 bool WasInterrupted();
 
 } // namespace teravox::program

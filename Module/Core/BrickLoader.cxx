@@ -22,13 +22,6 @@ constexpr std::uint64_t RangesPerBlock =
 /// How often a thread that waits for room looks again: nobody tells when a brick is let go.
 constexpr std::chrono::milliseconds RoomPollInterval{ 2 };
 
-/// What the cache will charge for the item of this key.
-std::uint64_t ChargeOf(const BrickKey& key, const VolumeInfo& info)
-{
-  return CacheItem::Charge(key.PageLevel == 0 ? BrickVoxelBytes(info) + sizeof(Brick)
-                                              : RangesPerBlock * sizeof(ValueRange));
-}
-
 Status CheckBrick(const BrickPointer& brick, const BrickKey& key, const VolumeInfo& info)
 {
   if (!brick || brick->Type != info.Type || brick->Components != info.Components ||
@@ -107,6 +100,12 @@ LoadResult Read(BrickSource& source, const BrickKey& key)
   return failure;
 }
 } // namespace
+
+std::uint64_t BrickLoader::ChargeOf(const BrickKey& key, const VolumeInfo& info)
+{
+  return CacheItem::Charge(key.PageLevel == 0 ? BrickVoxelBytes(info) + sizeof(Brick)
+                                              : RangesPerBlock * sizeof(ValueRange));
+}
 
 BrickLoader::BrickLoader(
   std::shared_ptr<BrickCache> cache, int threads, std::optional<std::uint64_t> shuffleSeed)

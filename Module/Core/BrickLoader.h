@@ -75,6 +75,9 @@ public:
   /// Seconds beyond a year, infinity included, are a year.
   bool WaitFinished(double seconds);
 
+  /// What the cache charges for the brick or the page block of this key.
+  static std::uint64_t ChargeOf(const BrickKey& key, const VolumeInfo& info);
+
   /// Queued, in flight, and finished but not taken.
   std::size_t Pending() const;
   /// Memory reserved for running reads.

@@ -85,6 +85,8 @@ public:
   virtual std::uint64_t MemoryUsed() const { return 0; }
   /// A share of the host budget for the source's own caches, in bytes.
   virtual void SetMemoryBudget(std::uint64_t bytes) { static_cast<void>(bytes); }
+  /// The least share with which everything can be read, in bytes.
+  virtual std::uint64_t LeastMemory() const { return 0; }
 };
 
 } // namespace teravox

@@ -13,6 +13,8 @@ namespace teravox
 namespace
 {
 constexpr std::uint32_t Edge = PageBlockEdge;
+// Unchanged entries between two runs; fewer are cheaper to send than another call.
+constexpr std::size_t SmallestGap = 2 * Edge;
 
 std::uint32_t IndexInBlock(const BrickKey& key)
 {
@@ -56,12 +58,14 @@ PageTable::PageTable(const PyramidLayout& layout, std::uint32_t blockCapacity, s
   , DirectorySize(static_cast<std::size_t>(layout.DirectoryEntries()))
   , Table(DirectorySize + std::size_t{ blockCapacity } * EntriesPerBlock)
   , SlotOwner(blockCapacity)
-  , BlockChanged(blockCapacity, 0)
+  , Changed(Table.size(), false)
+  , Sections(std::size_t{ blockCapacity } + 1)
 {
   assert(blockCapacity >= static_cast<std::uint32_t>(layout.PageDepth()));
   for (std::size_t i = 0; i < this->DirectorySize; ++i)
   {
     this->Table[i] = MakeEntry(ValueRange::Unknown(), false);
+    this->Touch(i);
   }
 }
 
@@ -74,8 +78,8 @@ void PageTable::SetDirectoryRanges(int level, const std::vector<ValueRange>& ran
     const std::uint32_t word = this->Table[base + i].Word;
     this->Table[base + i] = MakeEntry(ranges[i], false);
     this->Table[base + i].Word = word;
+    this->Touch(base + i);
   }
-  this->DirectoryChanged = true;
 }
 
 BrickKey PageTable::ParentBlock(const BrickKey& key)
@@ -120,18 +124,49 @@ std::optional<std::size_t> PageTable::Locate(const BrickKey& key) const
   return this->BlockOffset(block->second.Slot) + IndexInBlock(key);
 }
 
-void PageTable::Touch(const BrickKey& key)
+void PageTable::Touch(std::size_t entry)
 {
-  if (key.PageLevel == this->Layout_.PageDepth())
+  const std::size_t section =
+    entry < this->DirectorySize ? 0 : 1 + (entry - this->DirectorySize) / EntriesPerBlock;
+  this->Changed[entry] = true;
+  ChangedSection& changed = this->Sections[section];
+  if (changed.End == 0)
   {
-    this->DirectoryChanged = true;
+    changed = { entry, entry + 1 };
+    this->ChangedSections.push_back(section);
     return;
   }
-  const std::uint32_t slot = this->Blocks.at(ParentBlock(key)).Slot;
-  if (this->BlockChanged[slot] == 0)
+  changed.First = std::min(changed.First, entry);
+  changed.End = std::max(changed.End, entry + 1);
+}
+
+template <typename F>
+void PageTable::ForEachChild(const BrickKey& block, const F& f) const
+{
+  // f(child, index in the block) for the children that lie in the volume.
+  BrickKey child = block;
+  child.PageLevel = static_cast<std::uint8_t>(block.PageLevel - 1);
+  const Int3 pages = this->Layout_.Pages(block.Level, child.PageLevel);
+  const auto end = [](std::uint32_t at, std::int64_t all)
   {
-    this->BlockChanged[slot] = 1;
-    this->ChangedBlocks.push_back(slot);
+    return static_cast<std::uint32_t>(
+      std::min<std::int64_t>(Edge, all - std::int64_t{ at } * Edge));
+  };
+  const std::uint32_t columns = end(block.X, pages[0]);
+  const std::uint32_t rows = end(block.Y, pages[1]);
+  const std::uint32_t slices = end(block.Z, pages[2]);
+  for (std::uint32_t z = 0; z < slices; ++z)
+  {
+    for (std::uint32_t y = 0; y < rows; ++y)
+    {
+      for (std::uint32_t x = 0; x < columns; ++x)
+      {
+        child.X = block.X * Edge + x;
+        child.Y = block.Y * Edge + y;
+        child.Z = block.Z * Edge + z;
+        f(child, x + Edge * (y + Edge * z));
+      }
+    }
   }
 }
 
@@ -153,37 +188,52 @@ void PageTable::RefreshBrickEntry(const BrickKey& brick, PageEntry& entry) const
   }
 }
 
-void PageTable::MapBlock(
-  const BrickKey& block, std::uint32_t slot, const std::vector<ValueRange>& ranges)
+void PageTable::Occupy(const BrickKey& block, std::uint32_t slot)
 {
   assert(block.PageLevel >= 1 && slot < this->Capacity && !this->SlotOwner[slot]);
-  assert(ranges.size() == EntriesPerBlock && !this->HasBlock(block));
+  assert(!this->HasBlock(block));
   this->Blocks[block] = { slot };
   this->SlotOwner[slot] = block;
-  const bool holdsBricks = block.PageLevel == 1;
-  BrickKey child = block;
-  child.PageLevel = static_cast<std::uint8_t>(block.PageLevel - 1);
-  for (std::uint32_t i = 0; i < EntriesPerBlock; ++i)
-  {
-    PageEntry& entry = this->Table[this->BlockOffset(slot) + i];
-    entry = MakeEntry(ranges[i], holdsBricks);
-    child.X = block.X * Edge + i % Edge;
-    child.Y = block.Y * Edge + i / Edge % Edge;
-    child.Z = block.Z * Edge + i / (Edge * Edge);
-    if (holdsBricks)
-    {
-      this->RefreshBrickEntry(child, entry);
-    }
-  }
-  if (this->BlockChanged[slot] == 0)
-  {
-    this->BlockChanged[slot] = 1;
-    this->ChangedBlocks.push_back(slot);
-  }
   const std::optional<std::size_t> parent = this->Locate(block);
   assert(parent);
   this->Table[*parent].Word = PageEntry::Pack(PageEntry::Mapped, slot);
-  this->Touch(block);
+  this->Touch(*parent);
+}
+
+void PageTable::MapBlock(
+  const BrickKey& block, std::uint32_t slot, const std::vector<ValueRange>& ranges)
+{
+  assert(ranges.size() == EntriesPerBlock);
+  this->Occupy(block, slot);
+  const bool holdsBricks = block.PageLevel == 1;
+  const std::size_t offset = this->BlockOffset(slot);
+  this->ForEachChild(block,
+    [&](const BrickKey& child, std::uint32_t index)
+    {
+      PageEntry& entry = this->Table[offset + index];
+      entry = MakeEntry(ranges[index], holdsBricks);
+      if (holdsBricks)
+      {
+        this->RefreshBrickEntry(child, entry);
+      }
+      this->Touch(offset + index);
+    });
+}
+
+bool PageTable::IsTrunk(const BrickKey& block) const
+{
+  return block.PageLevel >= 2 &&
+    this->Layout_.Pages(block.Level, block.PageLevel - 1) == Int3{ 1, 1, 1 };
+}
+
+void PageTable::MapTrunk(const BrickKey& block, std::uint32_t slot)
+{
+  assert(this->IsTrunk(block));
+  this->Occupy(block, slot);
+  PageEntry& entry = this->Table[this->BlockOffset(slot)];
+  entry = this->Table[*this->Locate(block)];
+  entry.Word = PageEntry::Pack(PageEntry::Unmapped, 0);
+  this->Touch(this->BlockOffset(slot));
 }
 
 void PageTable::UnmapBlock(const BrickKey& block)
@@ -192,7 +242,7 @@ void PageTable::UnmapBlock(const BrickKey& block)
   const std::optional<std::size_t> parent = this->Locate(block);
   assert(parent);
   this->Table[*parent].Word = PageEntry::Pack(PageEntry::Unmapped, 0);
-  this->Touch(block);
+  this->Touch(*parent);
   this->SlotOwner[slot].reset();
   this->Blocks.erase(block);
 }
@@ -205,13 +255,14 @@ std::vector<BrickKey> PageTable::ChildBlocks(const BrickKey& block) const
     return children;
   }
   const std::size_t offset = this->BlockOffset(this->Blocks.at(block).Slot);
-  for (std::uint32_t i = 0; i < EntriesPerBlock; ++i)
-  {
-    if (this->Table[offset + i].GetState() == PageEntry::Mapped)
+  this->ForEachChild(block,
+    [&](const BrickKey& child, std::uint32_t index)
     {
-      children.push_back(*this->SlotOwner[this->Table[offset + i].Slot()]);
-    }
-  }
+      if (this->Table[offset + index].GetState() == PageEntry::Mapped)
+      {
+        children.push_back(child);
+      }
+    });
   return children;
 }
 
@@ -227,7 +278,7 @@ void PageTable::MapBrick(const BrickKey& brick, std::uint32_t slot)
   if (const auto at = this->Locate(brick))
   {
     this->RefreshBrickEntry(brick, this->Table[*at]);
-    this->Touch(brick);
+    this->Touch(*at);
   }
 }
 
@@ -237,7 +288,7 @@ void PageTable::UnmapBrick(const BrickKey& brick)
   if (const auto at = this->Locate(brick))
   {
     this->RefreshBrickEntry(brick, this->Table[*at]);
-    this->Touch(brick);
+    this->Touch(*at);
   }
 }
 
@@ -247,7 +298,7 @@ void PageTable::SetFailed(const BrickKey& brick)
   if (const auto at = this->Locate(brick))
   {
     this->RefreshBrickEntry(brick, this->Table[*at]);
-    this->Touch(brick);
+    this->Touch(*at);
   }
 }
 
@@ -260,7 +311,7 @@ void PageTable::ClearFailed()
     if (const auto at = this->Locate(item.first))
     {
       this->RefreshBrickEntry(item.first, this->Table[*at]);
-      this->Touch(item.first);
+      this->Touch(*at);
     }
   }
 }
@@ -271,18 +322,34 @@ std::optional<PageEntry> PageTable::Entry(const BrickKey& key) const
   return at ? std::optional<PageEntry>(this->Table[*at]) : std::nullopt;
 }
 
-PageTable::Changes PageTable::TakeChanges()
+std::vector<PageTable::Change> PageTable::TakeChanges()
 {
-  Changes changes;
-  changes.Directory = this->DirectoryChanged;
-  this->DirectoryChanged = false;
-  changes.Blocks = std::move(this->ChangedBlocks);
-  this->ChangedBlocks.clear();
-  for (const std::uint32_t slot : changes.Blocks)
+  std::sort(this->ChangedSections.begin(), this->ChangedSections.end());
+  std::vector<Change> changes;
+  for (const std::size_t section : this->ChangedSections)
   {
-    this->BlockChanged[slot] = 0;
+    ChangedSection& changed = this->Sections[section];
+    std::size_t end = 0; // of the run in this section; 0: none yet
+    for (std::size_t i = changed.First; i < changed.End; ++i)
+    {
+      if (!this->Changed[i])
+      {
+        continue;
+      }
+      this->Changed[i] = false;
+      if (end != 0 && i - end < SmallestGap)
+      {
+        changes.back().Count = i + 1 - changes.back().First;
+      }
+      else
+      {
+        changes.push_back({ i, 1 });
+      }
+      end = i + 1;
+    }
+    changed = {};
   }
-  std::sort(changes.Blocks.begin(), changes.Blocks.end());
+  this->ChangedSections.clear();
   return changes;
 }
 
@@ -309,26 +376,30 @@ std::string PageTable::CheckInvariants() const
     {
       return "the entry of " + key.ToString() + " does not point to its block";
     }
-    for (std::uint32_t i = 0; i < EntriesPerBlock; ++i)
+    const BrickKey* wrong = nullptr;
+    BrickKey found;
+    const std::size_t offset = this->BlockOffset(info.Slot);
+    this->ForEachChild(key,
+      [&](const BrickKey& child, std::uint32_t index)
+      {
+        const PageEntry& entry = this->Table[offset + index];
+        const bool mapped = entry.GetState() == PageEntry::Mapped;
+        if (child.PageLevel >= 1)
+        {
+          mappedParents += mapped ? 1 : 0;
+          return;
+        }
+        const auto slot = this->Bricks.find(child);
+        if (entry.GetState() != PageEntry::Single &&
+          (mapped != (slot != this->Bricks.end()) || (mapped && entry.Slot() != slot->second)))
+        {
+          found = child;
+          wrong = &found;
+        }
+      });
+    if (wrong != nullptr)
     {
-      const PageEntry& entry = this->Table[this->BlockOffset(info.Slot) + i];
-      BrickKey child = key;
-      child.PageLevel = static_cast<std::uint8_t>(key.PageLevel - 1);
-      child.X = key.X * Edge + i % Edge;
-      child.Y = key.Y * Edge + i / Edge % Edge;
-      child.Z = key.Z * Edge + i / (Edge * Edge);
-      if (child.PageLevel >= 1)
-      {
-        mappedParents += entry.GetState() == PageEntry::Mapped ? 1 : 0;
-        continue;
-      }
-      const auto slot = this->Bricks.find(child);
-      const bool mapped = entry.GetState() == PageEntry::Mapped;
-      if (entry.GetState() != PageEntry::Single &&
-        (mapped != (slot != this->Bricks.end()) || (mapped && entry.Slot() != slot->second)))
-      {
-        return "the entry of " + child.ToString() + " contradicts the brick's slot";
-      }
+      return "the entry of " + wrong->ToString() + " contradicts the brick's slot";
     }
   }
   return mappedParents == this->Blocks.size() ? "" : "an entry points to a block that isn't there";

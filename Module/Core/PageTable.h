@@ -63,9 +63,15 @@ public:
   /// The topmost block on the way to the brick's entry that isn't in the pool; none if all are.
   std::optional<BrickKey> FirstMissingBlock(const BrickKey& brick) const;
 
-  /// Puts a block into pool slot `slot`. `ranges` has EntriesPerBlock values.
+  /// Puts a block into pool slot `slot`. `ranges` has EntriesPerBlock values; those outside of the
+  /// volume are never addressed and not written.
   /// Requires: the slot is unused, the parent is in the pool (or is the directory).
   void MapBlock(const BrickKey& block, std::uint32_t slot, const std::vector<ValueRange>& ranges);
+  /// Is the block's only entry a region that covers the whole level, as the block itself does? Then
+  /// its range is known from the entry above, and there is nothing to load.
+  bool IsTrunk(const BrickKey& block) const;
+  /// MapBlock for a trunk, with the range of the entry above.
+  void MapTrunk(const BrickKey& block, std::uint32_t slot);
   /// Requires: HasBlock(block) and no block below it in the pool.
   void UnmapBlock(const BrickKey& block);
   /// Blocks of the pool directly below this one.
@@ -97,14 +103,14 @@ public:
     return this->DirectorySize + std::size_t{ slot } * EntriesPerBlock;
   }
 
-  /// What changed since the last call: slots of blocks, in order, without duplicates; and whether
-  /// the directory changed.
-  struct Changes
+  /// A run of entries in Entries(), inside of the directory or of one block.
+  struct Change
   {
-    std::vector<std::uint32_t> Blocks;
-    bool Directory = false;
+    std::size_t First = 0;
+    std::size_t Count = 0;
   };
-  Changes TakeChanges();
+  /// What changed since the last call, in order. Runs that lie close together are one.
+  std::vector<Change> TakeChanges();
 
   /// Recomputes the invariants from scratch; an empty text if they hold.
   std::string CheckInvariants() const;
@@ -114,8 +120,17 @@ private:
   {
     std::uint32_t Slot = 0;
   };
+  /// Where in the directory or in a block something changed.
+  struct ChangedSection
+  {
+    std::size_t First = 0;
+    std::size_t End = 0; ///< 0: nothing changed
+  };
   std::optional<std::size_t> Locate(const BrickKey& key) const;
-  void Touch(const BrickKey& key);
+  void Touch(std::size_t entry);
+  template <typename F>
+  void ForEachChild(const BrickKey& block, const F& f) const;
+  void Occupy(const BrickKey& block, std::uint32_t slot);
   void RefreshBrickEntry(const BrickKey& brick, PageEntry& entry) const;
 
   PyramidLayout Layout_;
@@ -127,9 +142,9 @@ private:
   std::vector<std::optional<BrickKey>> SlotOwner;
   std::unordered_map<BrickKey, std::uint32_t, BrickKeyHash> Bricks;
   std::unordered_map<BrickKey, bool, BrickKeyHash> FailedBricks;
-  std::vector<std::uint8_t> BlockChanged;
-  std::vector<std::uint32_t> ChangedBlocks;
-  bool DirectoryChanged = true;
+  std::vector<bool> Changed;                // each entry
+  std::vector<ChangedSection> Sections;     // the directory, then the blocks by slot
+  std::vector<std::size_t> ChangedSections; // indices of those in which something changed
 };
 
 } // namespace teravox

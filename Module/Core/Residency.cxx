@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <optional>
 
 namespace teravox
 {
@@ -62,14 +63,10 @@ void Residency::RetryFailed()
   this->FailedBlocks.clear();
 }
 
-std::uint64_t Residency::ArrivedBytes() const
+std::uint64_t Residency::HeldBytes() const
 {
-  std::uint64_t bytes = 0;
-  for (const auto& item : this->Arrived)
-  {
-    bytes += item.second->SizeInBytes();
-  }
-  return bytes;
+  return this->Arrived.size() * this->Limit.BrickBytes +
+    this->ArrivedBlocks.size() * this->Limit.BlockBytes;
 }
 
 Residency::Rank Residency::RankOf(const BrickKey& brick, const ViewOrder& order) const
@@ -250,8 +247,9 @@ void Residency::Accept(std::vector<LoadResult> finished, FramePlan& plan)
       else
       {
         // Without ranges nothing is known to be empty; the bricks themselves may be readable.
-        this->ArrivedBlocks[result.Key] =
-          std::make_shared<std::vector<ValueRange>>(PageTable::EntriesPerBlock);
+        static const auto unknown =
+          std::make_shared<const std::vector<ValueRange>>(PageTable::EntriesPerBlock);
+        this->ArrivedBlocks[result.Key] = unknown;
         if (this->FailedBlocks.insert(result.Key).second)
         {
           plan.Failures.push_back(std::move(result));
@@ -269,32 +267,75 @@ void Residency::Accept(std::vector<LoadResult> finished, FramePlan& plan)
   }
 }
 
-void Residency::MakeRoomForFront(const FramePlan& plan, const ViewOrder& order)
+bool Residency::DropHeld(const BrickKey* before, const FirstWish& neededBy)
 {
-  // Bricks that arrived too early must not keep the host budget from the one that all wait for.
-  if (!plan.Uploads.empty() || plan.Requests.empty() || this->Arrived.empty())
+  // What is needed last goes first: by the last wish, and of one way to a brick the lowest page
+  // level. Only what is needed after `before` may go.
+  struct Need
+  {
+    std::size_t Wish = 0;
+    BrickKey Key;
+    bool IsAfter(const Need& o) const
+    {
+      return this->Wish != o.Wish                ? this->Wish > o.Wish
+        : this->Key.PageLevel != o.Key.PageLevel ? this->Key.PageLevel < o.Key.PageLevel
+                                                 : o.Key < this->Key;
+    }
+  };
+  const auto needOf = [&](const BrickKey& key)
+  {
+    const auto found = neededBy.find(key);
+    return Need{ found == neededBy.end() ? ~std::size_t{ 0 } : found->second, key };
+  };
+  std::optional<Need> last;
+  const auto look = [&](const BrickKey& key)
+  {
+    const Need need = needOf(key);
+    if ((before == nullptr || need.IsAfter(needOf(*before))) && (!last || need.IsAfter(*last)))
+    {
+      last = need;
+    }
+  };
+  for (const auto& item : this->Arrived)
+  {
+    look(item.first);
+  }
+  for (const auto& item : this->ArrivedBlocks)
+  {
+    look(item.first);
+  }
+  if (!last)
+  {
+    return false;
+  }
+  return this->Arrived.erase(last->Key) + this->ArrivedBlocks.erase(last->Key) > 0;
+}
+
+void Residency::KeepHostLimit(FramePlan& plan, const FirstWish& neededBy)
+{
+  // Nothing arrives that wasn't asked for, so this finds something only where the limit has shrunk.
+  while (this->HeldBytes() > this->Limit.Bytes && this->DropHeld(nullptr, neededBy))
+  {
+  }
+  if (plan.Requests.empty())
   {
     return;
   }
-  auto farthest = this->Arrived.begin();
-  Rank farthestRank = 0;
-  for (auto item = this->Arrived.begin(); item != this->Arrived.end(); ++item)
+  // What came too early must not keep the room from the first that is still missing.
+  const BrickKey& first = plan.Requests.front().Key;
+  while (this->HeldBytes() + this->ChargeOf(first) > this->Limit.Bytes &&
+    this->DropHeld(&first, neededBy))
   {
-    const Rank rank = this->RankOf(item->first, order);
-    if (rank > farthestRank || (rank == farthestRank && farthest->first < item->first))
-    {
-      farthest = item;
-      farthestRank = rank;
-    }
   }
-  const BrickKey& front = plan.Requests.front().Key;
-  const Rank frontRank =
-    front.PageLevel == 0 ? this->RankOf(front, order) : this->NearestRank(front, order);
-  // Ties as in the order of the wishes: of two bricks of one rank the later one gives way.
-  if (farthestRank > frontRank || (farthestRank == frontRank && front < farthest->first))
+  std::uint64_t bytes = this->HeldBytes();
+  std::size_t fitting = 0;
+  while (fitting < plan.Requests.size() &&
+    bytes + this->ChargeOf(plan.Requests[fitting].Key) <= this->Limit.Bytes)
   {
-    this->Arrived.erase(farthest);
+    bytes += this->ChargeOf(plan.Requests[fitting].Key);
+    ++fitting;
   }
+  plan.Requests.resize(fitting);
 }
 
 FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> finished,
@@ -365,21 +406,23 @@ FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> fini
     item = wished.count(item->first) == 0 ? this->ArrivedBlocks.erase(item) : std::next(item);
   }
 
-  std::unordered_set<BrickKey, BrickKeyHash> requested;
+  FirstWish neededBy;
   this->Missing = 0;
-  double priority = static_cast<double>(wishes.size()) + 1;
-  const auto request = [&](const BrickKey& key)
-  {
-    if (requested.insert(key).second)
-    {
-      plan.Requests.push_back({ key, priority });
-    }
-  };
   // A little more than fits, so that the loader has work while a pass is drawn.
   std::size_t loadable = this->Slots.size() + 32;
-  for (const Wish& wish : wishes)
+  std::size_t loadableBlocks = this->Table.BlockCapacity() + 32;
+  const auto request = [&](const BrickKey& key, std::size_t wish)
   {
-    priority -= 1;
+    std::size_t& left = key.PageLevel == 0 ? loadable : loadableBlocks;
+    if (left > 0 && neededBy.emplace(key, wish).second)
+    {
+      --left;
+      plan.Requests.push_back({ key, static_cast<double>(wishes.size() - wish) });
+    }
+  };
+  for (std::size_t w = 0; w < wishes.size(); ++w)
+  {
+    const Wish& wish = wishes[w];
     // The way to the entry, topmost block first.
     std::vector<BrickKey> chain;
     BrickKey block = wish.Key;
@@ -399,10 +442,11 @@ FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> fini
         fresh = fresh || present.MappedIn == this->StepNumber;
         continue;
       }
+      const bool trunk = this->Table.IsTrunk(*key);
       const auto arrived = this->ArrivedBlocks.find(*key);
-      if (arrived == this->ArrivedBlocks.end())
+      if (!trunk && arrived == this->ArrivedBlocks.end())
       {
-        request(*key);
+        request(*key, w);
         mapped = false;
         continue;
       }
@@ -410,17 +454,26 @@ FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> fini
       if (!mapped || !this->TakeBlockSlot(*key, wish.Order <= this->Front, order, slot))
       {
         mapped = false;
+        neededBy.emplace(*key, w);
         continue;
       }
-      this->Table.MapBlock(*key, slot, *arrived->second);
+      if (trunk)
+      {
+        this->Table.MapTrunk(*key, slot);
+      }
+      else
+      {
+        this->Table.MapBlock(*key, slot, *arrived->second);
+        this->ArrivedBlocks.erase(arrived);
+      }
       this->BlockSlots[slot] = { this->StepNumber, this->StepNumber };
       this->ProtectedBlocks.insert(*key);
-      this->ArrivedBlocks.erase(arrived);
       fresh = true;
     }
     // Behind a new block lies perhaps nothing: the next pass tells which of its bricks are needed.
     if (!mapped || fresh)
     {
+      neededBy.emplace(wish.Key, w);
       ++this->Missing;
       continue;
     }
@@ -433,16 +486,13 @@ FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> fini
     const auto arrived = this->Arrived.find(wish.Key);
     if (arrived == this->Arrived.end())
     {
-      if (loadable > 0)
-      {
-        --loadable;
-        request(wish.Key);
-      }
+      request(wish.Key, w);
       continue;
     }
     std::uint32_t slot = 0;
     if (plan.Uploads.size() >= limitUploads || !this->TakeSlot(wish.Order, order, slot))
     {
+      neededBy.emplace(wish.Key, w);
       continue;
     }
     this->Slots[slot] = { wish.Key, true, wish.Pin, this->StepNumber, this->StepNumber };
@@ -451,7 +501,7 @@ FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> fini
     plan.Uploads.push_back({ slot, wish.Key, std::move(arrived->second) });
     this->Arrived.erase(arrived);
   }
-  this->MakeRoomForFront(plan, order);
+  this->KeepHostLimit(plan, neededBy);
   return plan;
 }
 

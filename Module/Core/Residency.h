@@ -37,6 +37,14 @@ struct Feedback
   std::vector<std::uint32_t> UsedBlocks;
 };
 
+/// What bricks and page blocks may take in main memory before they have a place on the GPU.
+struct HostLimit
+{
+  std::uint64_t Bytes = ~std::uint64_t{ 0 };
+  std::uint64_t BrickBytes = 0; ///< of each brick, overhead included
+  std::uint64_t BlockBytes = 0; ///< of the ranges of each page block, likewise
+};
+
 /// What is to be carried out before the next pass, and what to load.
 struct FramePlan
 {
@@ -78,6 +86,10 @@ public:
   /// Page blocks whose ranges couldn't be read: nothing in them is known to be empty.
   std::size_t NumberOfFailedBlocks() const { return this->FailedBlocks.size(); }
 
+  /// Hard: HeldBytes() stays below it, and no more is asked for than fits beside what is held.
+  /// Requires: limit.Bytes >= the larger one of brick and block.
+  void SetHostLimit(const HostLimit& limit) { this->Limit = limit; }
+
   /// The coarsest bricks, always wanted so that there is never a hole.
   void SetPinned(std::vector<BrickKey> bricks);
 
@@ -88,8 +100,8 @@ public:
   /// Bricks and page blocks that rays wait for and that aren't resident yet.
   std::size_t NumberOfMissing() const { return this->Missing; }
   bool IsResident(const BrickKey& brick) const { return this->SlotOf.count(brick) != 0; }
-  /// Bytes of bricks that have arrived and wait for a slot.
-  std::uint64_t ArrivedBytes() const;
+  /// Bytes, as in the host limit, of bricks and page blocks that have arrived and wait for a place.
+  std::uint64_t HeldBytes() const;
 
   std::string CheckInvariants() const;
 
@@ -114,8 +126,15 @@ private:
   bool TakeBlockSlot(
     const BrickKey& wanted, bool front, const ViewOrder& order, std::uint32_t& slot);
   void UnmapBlockTree(const BrickKey& block);
-  void MakeRoomForFront(const FramePlan& plan, const ViewOrder& order);
   void Accept(std::vector<LoadResult> finished, FramePlan& plan);
+  /// Which wish needs a key first, as an index in the order of the wishes.
+  using FirstWish = std::unordered_map<BrickKey, std::size_t, BrickKeyHash>;
+  bool DropHeld(const BrickKey* before, const FirstWish& neededBy);
+  void KeepHostLimit(FramePlan& plan, const FirstWish& neededBy);
+  std::uint64_t ChargeOf(const BrickKey& key) const
+  {
+    return key.PageLevel == 0 ? this->Limit.BrickBytes : this->Limit.BlockBytes;
+  }
 
   PageTable& Table;
   std::vector<Slot> Slots;
@@ -125,6 +144,7 @@ private:
   std::unordered_map<BrickKey, BrickPointer, BrickKeyHash> Arrived;
   std::unordered_map<BrickKey, std::shared_ptr<const std::vector<ValueRange>>, BrickKeyHash>
     ArrivedBlocks;
+  HostLimit Limit;
   std::vector<BrickKey> Pinned;
   std::unordered_set<BrickKey, BrickKeyHash> FailedBlocks;
   std::unordered_set<BrickKey, BrickKeyHash> ProtectedBlocks;

@@ -90,21 +90,13 @@ void BrickAtlas::UploadToTexture(std::uint32_t slot, const ConvertedBrick& texel
   put(this->Cells, static_cast<GLsizei>(this->CellsPerBrick), GL_RG, texels.Cells.data());
 }
 
-void BrickAtlas::Apply(const PageTable& table, const PageTable::Changes& changes)
+void BrickAtlas::Apply(const PageTable& table, const std::vector<PageTable::Change>& changes)
 {
-  const auto write = [&](std::size_t first, std::size_t count)
+  for (const PageTable::Change& change : changes)
   {
-    this->Table.Write(
-      first * sizeof(PageEntry), count * sizeof(PageEntry), table.Entries().data() + first);
-    this->TableBytesUploaded += count * sizeof(PageEntry);
-  };
-  if (changes.Directory)
-  {
-    write(0, static_cast<std::size_t>(table.Layout().DirectoryEntries()));
-  }
-  for (const std::uint32_t slot : changes.Blocks)
-  {
-    write(table.BlockOffset(slot), PageTable::EntriesPerBlock);
+    this->Table.Write(change.First * sizeof(PageEntry), change.Count * sizeof(PageEntry),
+      table.Entries().data() + change.First);
+    this->TableBytesUploaded += change.Count * sizeof(PageEntry);
   }
 }
 

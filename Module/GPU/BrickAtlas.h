@@ -24,8 +24,8 @@ public:
     GPUMemory& memory, const AtlasPlan& plan, const VoxelFormat& format, int storedSize);
 
   void Upload(std::uint32_t slot, const Brick& brick);
-  /// Carries out the changes of a page table: whole blocks, and the directory.
-  void Apply(const PageTable& table, const PageTable::Changes& changes);
+  /// Carries out the changes of a page table.
+  void Apply(const PageTable& table, const std::vector<PageTable::Change>& changes);
 
   void Bind() const;
   const AtlasPlan& Plan() const { return this->Plan_; }

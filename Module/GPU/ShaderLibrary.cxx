@@ -82,7 +82,7 @@ Status Append(const std::string& file, std::set<std::string>& included, std::str
     {
       const std::string name =
         line.substr(keyword.size(), line.find('"', keyword.size()) - keyword.size());
-      if (const Status status = Append(name, included, text); !status)
+      if (Status status = Append(name, included, text); !status)
       {
         return status;
       }

@@ -70,11 +70,30 @@ void VolumeEngine::SetTransferFunction(TransferFunction function, std::uint64_t 
   }
 }
 
-void VolumeEngine::PrepareLoader()
+Status VolumeEngine::PrepareLoader()
 {
-  // A quarter for what the source keeps (chunks), the rest for bricks in cache and on the way.
-  const std::uint64_t forSource = this->Settings.HostMemoryBudget / 4;
-  const std::uint64_t forCache = this->Settings.HostMemoryBudget - forSource;
+  const VolumeInfo& info = this->Source_->Info();
+  BrickKey block;
+  block.PageLevel = 1;
+  this->Held.BrickBytes = BrickLoader::ChargeOf({}, info);
+  this->Held.BlockBytes = BrickLoader::ChargeOf(block, info);
+  const std::uint64_t largest = std::max(this->Held.BrickBytes, this->Held.BlockBytes);
+  // One that waits for a place, and one that is being read.
+  const std::uint64_t leastCache = 2 * largest;
+  const std::uint64_t leastSource = this->Source_->LeastMemory();
+  const std::uint64_t budget = this->Settings.HostMemoryBudget;
+  if (budget < leastCache + leastSource)
+  {
+    return Status(StatusCode::ResourceExhausted,
+      "The host memory budget of " + std::to_string(budget) +
+        " bytes is too small; the least that works here is " +
+        std::to_string(leastCache + leastSource) + " bytes.");
+  }
+  // A quarter for what the source keeps (chunks, levels), the rest for bricks in cache and on the
+  // way.
+  const std::uint64_t forSource = std::min(std::max(leastSource, budget / 4), budget - leastCache);
+  const std::uint64_t forCache = budget - forSource;
+  this->Held.Bytes = forCache - largest;
   this->Source_->SetMemoryBudget(forSource);
   if (!this->Cache)
   {
@@ -87,6 +106,7 @@ void VolumeEngine::PrepareLoader()
       this->Cache, this->Settings.LoaderThreads, this->Settings.ShuffleSeed);
     this->Loader->SetSource(0, this->Source_);
   }
+  return {};
 }
 
 std::uint64_t VolumeEngine::FixedBytes(const ViewState* except, int width, int height) const
@@ -144,12 +164,7 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
   {
     return plan.GetStatus();
   }
-  if (this->Atlas)
-  {
-    this->BytesUploadedBefore += this->Atlas->BytesUploaded();
-    this->TableBytesBefore += this->Atlas->PageTableBytesUploaded();
-    this->EvictionsBefore += this->Residency_->NumberOfEvictions();
-  }
+  this->KeepCounters();
   this->Atlas.reset();
   this->Residency_.reset();
   this->Plan_ = plan.Value();
@@ -178,6 +193,17 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
     }
   }
   return {};
+}
+
+void VolumeEngine::KeepCounters()
+{
+  if (this->Atlas)
+  {
+    this->BytesUploadedBefore += this->Atlas->BytesUploaded();
+    this->TableBytesBefore += this->Atlas->PageTableBytesUploaded();
+    this->EvictionsBefore += this->Residency_->NumberOfEvictions();
+    this->BlockEvictionsBefore += this->Residency_->NumberOfBlockEvictions();
+  }
 }
 
 void VolumeEngine::PinCoarsest()
@@ -234,8 +260,16 @@ Status VolumeEngine::Prepare(const FrameRequest& request)
     this->Marcher->SetTransferTable(this->Transfer);
     this->TableVersion = this->FunctionVersion;
   }
-  this->PrepareLoader();
-  return this->PrepareAtlas(request);
+  Status status = this->PrepareLoader();
+  if (status)
+  {
+    status = this->PrepareAtlas(request);
+  }
+  if (status)
+  {
+    this->Residency_->SetHostLimit(this->Held);
+  }
+  return status;
 }
 
 void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& parameters) const
@@ -264,21 +298,25 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
     request.LightSpecular[2], 0.0f };
 }
 
-bool VolumeEngine::Carry(const FramePlan& plan)
+bool VolumeEngine::Carry(FramePlan plan)
 {
-  for (const FramePlan::Upload& upload : plan.Uploads)
+  for (FramePlan::Upload& upload : plan.Uploads)
   {
     this->Atlas->Upload(upload.Slot, *upload.Data);
+    upload.Data.reset(); // counts against the host budget as long as it is held
     ++this->BricksUploaded;
   }
-  const PageTable::Changes changes = this->Table->TakeChanges();
+  const std::vector<PageTable::Change> changes = this->Table->TakeChanges();
   this->Atlas->Apply(*this->Table, changes);
-  this->Operations_ += plan.Uploads.size() + plan.Requests.size() +
-    changes.Blocks.size() * PageTable::EntriesPerBlock +
-    (changes.Directory ? static_cast<std::size_t>(this->Table->Layout().DirectoryEntries()) : 0);
+  this->Operations_ += plan.Uploads.size() + plan.Requests.size();
+  for (const PageTable::Change& change : changes)
+  {
+    this->Operations_ += change.Count;
+  }
   this->Failures.insert(this->Failures.end(), plan.Failures.begin(), plan.Failures.end());
-  this->Loader->Request(plan.Requests);
-  return !plan.Uploads.empty() || !changes.Blocks.empty() || changes.Directory;
+  const bool changed = !plan.Uploads.empty() || !changes.empty();
+  this->Loader->Request(std::move(plan.Requests));
+  return changed;
 }
 
 Status VolumeEngine::RunPasses(
@@ -305,8 +343,8 @@ Status VolumeEngine::RunPasses(
   double lastPass = 0;
   while (true)
   {
-    const FramePlan plan = this->Residency_->Step(feedback, this->Loader->TakeFinished(), order);
-    const bool changed = this->Carry(plan);
+    const bool changed =
+      this->Carry(this->Residency_->Step(feedback, this->Loader->TakeFinished(), order));
     this->Frame.MissingBricks = this->Residency_->NumberOfMissing();
     if (changed)
     {
@@ -356,7 +394,8 @@ Status VolumeEngine::RunPasses(
     lastProgress = waiting ? lastProgress : Now();
     if (!request.Converge)
     {
-      this->Frame.Converged = !unfinished && !pass.Value().Fallback && this->Looseness == 1;
+      this->Frame.Converged = !unfinished && !pass.Value().Fallback && this->Looseness == 1 &&
+        this->Residency_->NumberOfFailedBlocks() == 0;
     }
     if (!waiting && !unfinished)
     {
@@ -365,8 +404,7 @@ Status VolumeEngine::RunPasses(
   }
   if (request.Converge)
   {
-    this->Frame.Converged =
-      this->Table->NumberOfFailed() == 0 && this->Residency_->NumberOfFailedBlocks() == 0;
+    this->Frame.Converged = !this->AnyFailed();
   }
   this->Frame.MissingBricks = feedback.Missed.size();
   // For the next frame: what was missed is asked for now.
@@ -374,8 +412,7 @@ Status VolumeEngine::RunPasses(
   {
     this->Unanswered.Missed = feedback.Missed;
   }
-  const FramePlan plan = this->Residency_->Step(feedback, this->Loader->TakeFinished(), order);
-  this->Carry(plan);
+  this->Carry(this->Residency_->Step(feedback, this->Loader->TakeFinished(), order));
   return {};
 }
 
@@ -386,7 +423,7 @@ Status VolumeEngine::Render(const FrameRequest& request)
   this->Frame.Draws = draws;
   this->Operations_ = 0;
   const GLStateGuard guard;
-  if (const Status status = this->Prepare(request); !status)
+  if (Status status = this->Prepare(request); !status)
   {
     return status;
   }
@@ -468,12 +505,7 @@ std::vector<float> VolumeEngine::ReadColors(const void* view, int& width, int& h
 
 void VolumeEngine::ReleaseGraphics()
 {
-  if (this->Atlas)
-  {
-    this->BytesUploadedBefore += this->Atlas->BytesUploaded();
-    this->TableBytesBefore += this->Atlas->PageTableBytesUploaded();
-    this->EvictionsBefore += this->Residency_->NumberOfEvictions();
-  }
+  this->KeepCounters();
   this->Views.clear();
   this->Atlas.reset();
   this->Residency_.reset();
@@ -515,12 +547,23 @@ std::size_t VolumeEngine::FailedBricks() const
   return this->Table ? this->Table->NumberOfFailed() : 0;
 }
 
+std::size_t VolumeEngine::FailedPageBlocks() const
+{
+  return this->Residency_ ? this->Residency_->NumberOfFailedBlocks() : 0;
+}
+
 std::uint64_t VolumeEngine::HostMemoryUsed() const
 {
   const std::uint64_t cache = this->Cache
     ? this->Cache->GetCounters().BytesUsed + this->Cache->GetCounters().BytesReserved
     : 0;
   return cache + (this->Source_ ? this->Source_->MemoryUsed() : 0);
+}
+
+std::uint64_t VolumeEngine::PeakHostMemoryUsed() const
+{
+  return (this->Cache ? this->Cache->GetCounters().PeakBytes : 0) +
+    (this->Source_ ? this->Source_->MemoryUsed() : 0);
 }
 
 std::uint64_t VolumeEngine::AddressingBytes() const

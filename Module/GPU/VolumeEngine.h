@@ -120,14 +120,24 @@ public:
   std::uint64_t PageTableBytesUploaded() const;
   std::uint64_t BytesRead() const;
   std::size_t FailedBricks() const;
+  /// Page blocks whose ranges couldn't be read: their bricks are drawn, but none is known to be
+  /// empty.
+  std::size_t FailedPageBlocks() const;
   const GPUMemory& Memory() const { return this->Memory_; }
   std::uint64_t HostMemoryUsed() const;
+  /// Most that cache and reads took at once, and what the source holds now.
+  std::uint64_t PeakHostMemoryUsed() const;
   std::uint64_t AddressingBytes() const;
   const AtlasPlan& Plan() const { return this->Plan_; }
   std::uint32_t SlotsInUse() const { return this->Residency_ ? this->Residency_->SlotsInUse() : 0; }
   std::uint64_t Evictions() const
   {
     return this->EvictionsBefore + (this->Residency_ ? this->Residency_->NumberOfEvictions() : 0);
+  }
+  std::uint64_t PageBlockEvictions() const
+  {
+    return this->BlockEvictionsBefore +
+      (this->Residency_ ? this->Residency_->NumberOfBlockEvictions() : 0);
   }
   /// An empty text, or which invariant of page table and residency is broken.
   std::string CheckInvariants() const;
@@ -138,11 +148,13 @@ private:
   Status Prepare(const FrameRequest& request);
   Status PrepareAtlas(const FrameRequest& request);
   void PinCoarsest();
-  void PrepareLoader();
+  Status PrepareLoader();
   void FillParameters(const FrameRequest& request, MarchParameters& parameters) const;
   Status RunPasses(const FrameRequest& request, ViewState& view, MarchParameters& parameters,
     const ViewOrder& order);
-  bool Carry(const FramePlan& plan);
+  bool Carry(FramePlan plan);
+  void KeepCounters();
+  bool AnyFailed() const { return this->FailedBricks() + this->FailedPageBlocks() > 0; }
   std::uint64_t FixedBytes(const ViewState* except, int width, int height) const;
 
   GPUMemory Memory_; // outlives everything that reports to it
@@ -150,6 +162,7 @@ private:
   EngineSettings Settings;
   std::shared_ptr<BrickCache> Cache;
   std::unique_ptr<BrickLoader> Loader;
+  HostLimit Held; ///< share of the host budget for what waits for a place on the GPU
   AtlasPlan Plan_;
   AtlasRequest PlannedFor;
   std::unique_ptr<PageTable> Table;
@@ -168,6 +181,7 @@ private:
   std::uint64_t BytesUploadedBefore = 0;
   std::uint64_t TableBytesBefore = 0;
   std::uint64_t EvictionsBefore = 0;
+  std::uint64_t BlockEvictionsBefore = 0;
   std::uint64_t Operations_ = 0;
   double Looseness = 1; ///< factor of the tolerance while frames must be fast
 };

@@ -133,8 +133,8 @@ void FindCells(int stored, ConvertedBrick& out)
           least = line[x] < least ? line[x] : least;
           largest = line[x] > largest ? line[x] : largest;
         }
-        row[static_cast<std::size_t>(2 * c)] = least;
-        row[static_cast<std::size_t>(2 * c + 1)] = largest;
+        row[2 * static_cast<std::size_t>(c)] = least;
+        row[2 * static_cast<std::size_t>(c) + 1] = largest;
       }
       for (int cz = 0; cz < cells; ++cz)
       {

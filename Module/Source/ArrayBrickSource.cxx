@@ -8,31 +8,104 @@
 #include "ParallelFor.h"
 #include "ScanVoxels.h"
 
-#include <cstring>
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace teravox
 {
 
-/// One level: where its voxels are, and the cells once somebody asks for ranges.
-/// Ready and CellsReady are set last, under the build lock, and read without it.
+/// One level: its voxels where they are kept, and the cells once somebody asks for ranges. The
+/// pointers are guarded by StateMutex.
 struct ArrayBrickSource::Level
 {
   Int3 Dimensions{ 0, 0, 0 };
-  const std::byte* Data = nullptr;
+  Int3 Group{ 1, 1, 1 };      // voxels of the level before that make one of this
   std::int64_t RowStride = 0; // in scalars
   std::int64_t SliceStride = 0;
-  std::vector<std::byte> Own; // empty for level 0
-  CellRanges Cells;
-  std::atomic<bool> Ready{ false };
-  std::atomic<bool> CellsReady{ false };
+  std::shared_ptr<const std::vector<std::byte>> Own; // never for level 0
+  std::shared_ptr<const CellRanges> Cells;
+};
+
+/// The voxels of a level, kept alive; no Data where the level isn't kept.
+struct ArrayBrickSource::Voxels
+{
+  const std::byte* Data = nullptr;
+  std::shared_ptr<const std::vector<std::byte>> Keep;
+  Int3 Dimensions{ 0, 0, 0 };
+  std::int64_t RowStride = 0;
+  std::int64_t SliceStride = 0;
 
   template <typename T>
-  BoxView<const T> View(int components) const
+  BoxView<const T> Box(const VoxelBox& box, int components) const
   {
-    return { reinterpret_cast<const T*>(this->Data), this->Dimensions, components, this->RowStride,
-      this->SliceStride };
+    BoxView<const T> view{ reinterpret_cast<const T*>(this->Data), box.Size(), components,
+      this->RowStride, this->SliceStride };
+    view.Data = view.Row(box.Low[1], box.Low[2]) + box.Low[0] * components;
+    return view;
   }
+};
+
+namespace
+{
+// Edge of the pieces that a level which isn't kept is computed in, in its own voxels.
+constexpr std::int64_t PieceEdge = 8;
+constexpr std::size_t MostPieces = 4; // threads that compute at the same time
+} // namespace
+
+/// Room for one thread: a piece, and the voxels of each finer level that it is made of.
+struct ArrayBrickSource::Pieces
+{
+  std::vector<std::vector<std::byte>> OfLevel;
+};
+
+/// Takes the room for a piece, waits while all are taken, and gives it back.
+class ArrayBrickSource::PieceLease
+{
+public:
+  explicit PieceLease(ArrayBrickSource& source)
+    : Source(source)
+  {
+    std::unique_lock<std::mutex> lock(source.StateMutex);
+    source.PiecesChanged.wait(
+      lock, [&] { return !source.FreePieces.empty() || source.PiecesMade < MostPieces; });
+    if (source.FreePieces.empty())
+    {
+      ++source.PiecesMade;
+      source.Memory += source.PieceBytes();
+      this->Taken = std::make_unique<Pieces>();
+      this->Taken->OfLevel.resize(source.Levels.size());
+      return;
+    }
+    this->Taken = std::move(source.FreePieces.back());
+    source.FreePieces.pop_back();
+  }
+  PieceLease(const PieceLease&) = delete;
+  PieceLease& operator=(const PieceLease&) = delete;
+  PieceLease(PieceLease&&) = delete;
+  PieceLease& operator=(PieceLease&&) = delete;
+  ~PieceLease()
+  {
+    {
+      const std::lock_guard<std::mutex> lock(this->Source.StateMutex);
+      if (this->Source.Kept == 1)
+      {
+        // The budget has grown meanwhile: the room goes to the levels.
+        --this->Source.PiecesMade;
+        this->Source.Memory -= this->Source.PieceBytes();
+      }
+      else
+      {
+        this->Source.FreePieces.push_back(std::move(this->Taken));
+      }
+    }
+    this->Source.PiecesChanged.notify_one();
+  }
+  Pieces& Get() { return *this->Taken; }
+
+private:
+  ArrayBrickSource& Source;
+  std::unique_ptr<Pieces> Taken;
 };
 
 namespace
@@ -92,18 +165,21 @@ Result<std::shared_ptr<ArrayBrickSource>> ArrayBrickSource::Make(const ArrayDesc
     level.Dimensions = source->Info_.Layout.Dimensions(l);
     level.RowStride = level.Dimensions[0] * array.Components;
     level.SliceStride = level.RowStride * level.Dimensions[1];
+    for (std::size_t a = 0; a < 3 && l > 0; ++a)
+    {
+      level.Group[a] = source->Info_.Layout.Factor(l)[a] / source->Info_.Layout.Factor(l - 1)[a];
+    }
   }
   Level& finest = *source->Levels.front();
-  finest.Data = static_cast<const std::byte*>(array.Data);
   finest.RowStride = array.RowStride != 0 ? array.RowStride : finest.RowStride;
   finest.SliceStride =
     array.SliceStride != 0 ? array.SliceStride : finest.RowStride * finest.Dimensions[1];
-  finest.Ready = true;
   return source;
 }
 
 ArrayBrickSource::ArrayBrickSource(const ArrayDescription& array)
   : Owner(array.Owner)
+  , Finest(static_cast<const std::byte*>(array.Data))
 {
   this->Info_.Type = array.Type;
   this->Info_.Components = array.Components;
@@ -125,30 +201,26 @@ Result<BrickPointer> ArrayBrickSource::ReadBrick(const BrickKey& key)
   return Guarded(key, this->Info_,
     [&]() -> Result<BrickPointer>
     {
-      const Status status = CheckKey(key, this->Info_);
+      Status status = CheckKey(key, this->Info_);
+      if (status)
+      {
+        status = this->CheckBudget();
+      }
       if (!status)
       {
         return status;
       }
-      const Level& level = this->RequireLevel(key.Level);
       std::shared_ptr<Brick> brick = MakeEmptyBrick(this->Info_);
       const VoxelBox stored = StoredBox(this->Info_.Layout, key);
-      const VoxelBox inside = Clamp(stored, level.Dimensions);
-      const std::int64_t scalar = static_cast<std::int64_t>(SizeOf(this->Info_.Type));
-      const std::int64_t voxel = scalar * this->Info_.Components;
+      const VoxelBox inside = Clamp(stored, this->Info_.Layout.Dimensions(key.Level));
       const std::int64_t edge = brick->StoredSize;
-      const std::size_t rowBytes = static_cast<std::size_t>(inside.Size()[0] * voxel);
-      for (std::int64_t z = inside.Low[2]; z < inside.High[2]; ++z)
-      {
-        for (std::int64_t y = inside.Low[1]; y < inside.High[1]; ++y)
-        {
-          const std::int64_t to =
-            ((z - stored.Low[2]) * edge + y - stored.Low[1]) * edge + inside.Low[0] - stored.Low[0];
-          const std::int64_t from =
-            (y * level.RowStride + z * level.SliceStride) * scalar + inside.Low[0] * voxel;
-          std::memcpy(brick->Voxels.data() + to * voxel, level.Data + from, rowBytes);
-        }
-      }
+      const std::int64_t first =
+        ((inside.Low[2] - stored.Low[2]) * edge + inside.Low[1] - stored.Low[1]) * edge +
+        inside.Low[0] - stored.Low[0];
+      const std::int64_t components = this->Info_.Components;
+      const auto scalar = static_cast<std::int64_t>(SizeOf(this->Info_.Type));
+      this->CopyBox(key.Level, inside, brick->Voxels.data() + first * components * scalar,
+        edge * components, edge * edge * components);
       RepeatOutermostVoxels(*brick, stored, inside);
       return BrickPointer(std::move(brick));
     });
@@ -163,8 +235,13 @@ Result<std::vector<ValueRange>> ArrayBrickSource::ReadRanges(
       return RangesOfRegions(first, count, this->Info_,
         [&](const BrickKey& region) -> Result<ValueRange>
         {
-          const CellRanges& cells = this->RequireCells(region.Level);
-          return cells.Query(SupportBox(this->Info_.Layout, region), this->ScanOf(region.Level));
+          const Status status = this->CheckBudget();
+          if (!status)
+          {
+            return status;
+          }
+          return this->RequireCells(region.Level)
+            ->Query(SupportBox(this->Info_.Layout, region), this->ScanOf(region.Level));
         });
     });
 }
@@ -175,7 +252,7 @@ Result<ValueRange> ArrayBrickSource::ComputeRange()
     [&]() -> Result<ValueRange>
     {
       const VoxelBox all{ { 0, 0, 0 }, this->Info_.Layout.Dimensions(0) };
-      return this->RequireCells(0).Query(all, this->ScanOf(0));
+      return this->RequireCells(0)->Query(all, this->ScanOf(0));
     });
 }
 
@@ -184,88 +261,320 @@ std::uint64_t ArrayBrickSource::MemoryUsed() const
   return this->Memory.load();
 }
 
-const ArrayBrickSource::Level& ArrayBrickSource::RequireLevel(int level)
+std::uint64_t ArrayBrickSource::CellBytes() const
 {
-  Level& wanted = *this->Levels[static_cast<std::size_t>(level)];
-  if (wanted.Ready.load(std::memory_order_acquire))
+  std::uint64_t bytes = 0;
+  for (const auto& level : this->Levels)
   {
-    return wanted;
+    bytes += CellRanges::BytesFor(level->Dimensions);
   }
-  const std::lock_guard<std::mutex> lock(this->BuildMutex);
-  for (int l = 1; l <= level; ++l)
+  return bytes;
+}
+
+std::uint64_t ArrayBrickSource::LevelBytes(int level) const
+{
+  const Level& of = *this->Levels[static_cast<std::size_t>(level)];
+  // 2^31 voxels along each axis are too many for 64 bits; such a level fits nowhere.
+  const double bytes = static_cast<double>(of.SliceStride) * static_cast<double>(of.Dimensions[2]) *
+    static_cast<double>(SizeOf(this->Info_.Type));
+  return bytes < 0x1p62 ? static_cast<std::uint64_t>(bytes) : std::uint64_t{ 1 } << 62;
+}
+
+std::uint64_t ArrayBrickSource::PieceBytes() const
+{
+  // A piece of level l takes edge^3 voxels, what it is made of at most Group^3 times as many, and
+  // so on: but each finer level again in pieces.
+  std::uint64_t bytes = 0;
+  for (std::size_t l = 1; l < this->Levels.size(); ++l)
   {
-    Level& next = *this->Levels[static_cast<std::size_t>(l)];
-    if (next.Ready.load(std::memory_order_relaxed))
-    {
-      continue;
-    }
-    Int3 group{};
-    for (std::size_t a = 0; a < 3; ++a)
-    {
-      group[a] = this->Info_.Layout.Factor(l)[a] / this->Info_.Layout.Factor(l - 1)[a];
-    }
-    DispatchScalarType(this->Info_.Type,
-      [&](auto tag) {
-        this->BuildLevel<decltype(tag)>(
-          *this->Levels[static_cast<std::size_t>(l) - 1], group, next);
-      });
-    this->Memory += next.Own.size();
-    next.Ready.store(true, std::memory_order_release);
+    const Int3& group = this->Levels[l]->Group;
+    bytes += static_cast<std::uint64_t>(PieceEdge * PieceEdge * PieceEdge) *
+      static_cast<std::uint64_t>(group[0] * group[1] * group[2] + 1);
   }
-  return wanted;
+  return bytes * static_cast<std::uint64_t>(this->Info_.Components) * SizeOf(this->Info_.Type);
+}
+
+int ArrayBrickSource::FirstKept(std::uint64_t budget) const
+{
+  const auto levels = static_cast<int>(this->Levels.size());
+  std::uint64_t needed = this->CellBytes();
+  int first = levels;
+  while (first > 1 && budget >= needed && budget - needed >= this->LevelBytes(first - 1))
+  {
+    needed += this->LevelBytes(--first);
+  }
+  if (first == 1)
+  {
+    return first; // all are kept: nothing is computed in pieces
+  }
+  needed = this->CellBytes() + MostPieces * this->PieceBytes();
+  first = levels;
+  while (first > 1 && budget >= needed && budget - needed >= this->LevelBytes(first - 1))
+  {
+    needed += this->LevelBytes(--first);
+  }
+  return std::max(first, 2);
+}
+
+std::uint64_t ArrayBrickSource::LeastMemory() const
+{
+  std::uint64_t levels = 0;
+  for (std::size_t l = 1; l < this->Levels.size(); ++l)
+  {
+    levels += this->LevelBytes(static_cast<int>(l));
+  }
+  return this->CellBytes() + std::min(levels, MostPieces * this->PieceBytes());
+}
+
+Status ArrayBrickSource::CheckBudget() const
+{
+  if (this->Budget.load() >= this->LeastMemory())
+  {
+    return {};
+  }
+  return Status(StatusCode::ResourceExhausted,
+    "The levels and ranges of " + this->Info_.Name + " need " +
+      std::to_string(this->LeastMemory()) + " bytes of main memory at least; they have " +
+      std::to_string(this->Budget.load()) + ".");
+}
+
+int ArrayBrickSource::FirstKeptLevel() const
+{
+  const std::lock_guard<std::mutex> lock(this->StateMutex);
+  return std::min(this->Kept, static_cast<int>(this->Levels.size()));
+}
+
+void ArrayBrickSource::SetMemoryBudget(std::uint64_t bytes)
+{
+  if (this->Budget.exchange(bytes) == bytes)
+  {
+    return;
+  }
+  const std::lock_guard<std::mutex> building(this->BuildMutex);
+  const std::lock_guard<std::mutex> lock(this->StateMutex);
+  this->Kept = this->FirstKept(bytes);
+  for (int l = 1; l < std::min(this->Kept, static_cast<int>(this->Levels.size())); ++l)
+  {
+    Level& level = *this->Levels[static_cast<std::size_t>(l)];
+    this->Memory -= level.Own ? level.Own->size() : 0;
+    level.Own.reset();
+  }
+  if (this->Kept == 1 || bytes < this->LeastMemory())
+  {
+    this->Memory -= this->FreePieces.size() * this->PieceBytes();
+    this->PiecesMade -= this->FreePieces.size();
+    this->FreePieces.clear();
+  }
+  if (bytes < this->LeastMemory())
+  {
+    for (const auto& level : this->Levels)
+    {
+      this->Memory -= level->Cells ? level->Cells->MemoryUsed() : 0;
+      level->Cells.reset();
+    }
+  }
+}
+
+ArrayBrickSource::Voxels ArrayBrickSource::Look(int level) const
+{
+  const std::lock_guard<std::mutex> lock(this->StateMutex);
+  const Level& of = *this->Levels[static_cast<std::size_t>(level)];
+  Voxels voxels;
+  voxels.Keep = of.Own;
+  voxels.Data = level == 0 ? this->Finest : of.Own ? of.Own->data() : nullptr;
+  voxels.Dimensions = of.Dimensions;
+  voxels.RowStride = of.RowStride;
+  voxels.SliceStride = of.SliceStride;
+  return voxels;
+}
+
+ArrayBrickSource::Voxels ArrayBrickSource::RequireLevel(int level)
+{
+  Voxels voxels = this->Look(level);
+  if (voxels.Data != nullptr || level < this->FirstKeptLevel())
+  {
+    return voxels;
+  }
+  const std::lock_guard<std::mutex> building(this->BuildMutex);
+  for (int l = this->FirstKeptLevel(); l <= level; ++l)
+  {
+    if (this->Look(l).Data == nullptr)
+    {
+      this->BuildLevel(l);
+    }
+  }
+  return this->Look(level);
+}
+
+void ArrayBrickSource::BuildLevel(int level)
+{
+  Level& of = *this->Levels[static_cast<std::size_t>(level)];
+  auto own = std::make_shared<std::vector<std::byte>>(this->LevelBytes(level));
+  const Voxels finer = this->Look(level - 1);
+  DispatchScalarType(this->Info_.Type,
+    [&](auto tag)
+    {
+      using T = decltype(tag);
+      const auto out =
+        BoxView<T>::Dense(reinterpret_cast<T*>(own->data()), of.Dimensions, this->Info_.Components);
+      ParallelFor(of.Dimensions[2],
+        [&](std::int64_t z)
+        {
+          const VoxelBox box{ { 0, 0, z }, { of.Dimensions[0], of.Dimensions[1], z + 1 } };
+          BoxView<T> slice = out;
+          slice.Data = out.Row(0, z);
+          slice.Dimensions[2] = 1;
+          if (finer.Data != nullptr)
+          {
+            DownsampleBox<T>(finer.Box<T>(this->BoxBelow(level, box), this->Info_.Components),
+              of.Group, this->Info_.Labels ? Downsampling::Mode : Downsampling::Average, slice);
+            return;
+          }
+          PieceLease lease(*this);
+          this->MakeBox(level, box, slice, lease.Get());
+        });
+    });
+  const std::lock_guard<std::mutex> lock(this->StateMutex);
+  this->Memory += own->size();
+  of.Own = std::move(own);
+}
+
+VoxelBox ArrayBrickSource::BoxBelow(int level, const VoxelBox& box) const
+{
+  VoxelBox below;
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    const std::int64_t group = this->Levels[static_cast<std::size_t>(level)]->Group[a];
+    below.Low[a] = box.Low[a] * group;
+    below.High[a] = std::min(
+      box.High[a] * group, this->Levels[static_cast<std::size_t>(level) - 1]->Dimensions[a]);
+  }
+  return below;
 }
 
 template <typename T>
-void ArrayBrickSource::BuildLevel(const Level& finer, const Int3& group, Level& level) const
+void ArrayBrickSource::MakeBox(
+  int level, const VoxelBox& box, const BoxView<T>& out, Pieces& pieces)
 {
   const int components = this->Info_.Components;
-  std::vector<std::byte> voxels(
-    static_cast<std::size_t>(level.SliceStride * level.Dimensions[2]) * sizeof(T));
-  const BoxView<const T> in = finer.View<T>(components);
-  const BoxView<T> out =
-    BoxView<T>::Dense(reinterpret_cast<T*>(voxels.data()), level.Dimensions, components);
-  ParallelFor(level.Dimensions[2],
-    [&](std::int64_t z)
+  const Voxels finer = this->Look(level - 1);
+  const Int3& group = this->Levels[static_cast<std::size_t>(level)]->Group;
+  for (std::int64_t z = box.Low[2]; z < box.High[2]; z += PieceEdge)
+  {
+    for (std::int64_t y = box.Low[1]; y < box.High[1]; y += PieceEdge)
     {
-      BoxView<const T> slab = in;
-      slab.Data = in.Row(0, z * group[2]);
-      slab.Dimensions[2] = downsampling::GroupCount(z, group[2], in.Dimensions[2]);
-      BoxView<T> slice = out;
-      slice.Data = out.Row(0, z);
-      slice.Dimensions[2] = 1;
-      DownsampleBox(
-        slab, group, this->Info_.Labels ? Downsampling::Mode : Downsampling::Average, slice);
-    });
-  level.Own = std::move(voxels);
-  level.Data = level.Own.data();
+      for (std::int64_t x = box.Low[0]; x < box.High[0]; x += PieceEdge)
+      {
+        const VoxelBox piece{ { x, y, z },
+          { std::min(x + PieceEdge, box.High[0]), std::min(y + PieceEdge, box.High[1]),
+            std::min(z + PieceEdge, box.High[2]) } };
+        const VoxelBox below = this->BoxBelow(level, piece);
+        BoxView<T> to = out;
+        to.Data = out.Row(y - box.Low[1], z - box.Low[2]) + (x - box.Low[0]) * components;
+        to.Dimensions = piece.Size();
+        BoxView<const T> from;
+        if (finer.Data != nullptr)
+        {
+          from = finer.Box<T>(below, components);
+        }
+        else
+        {
+          const Int3 size = below.Size();
+          std::vector<std::byte>& room = pieces.OfLevel[static_cast<std::size_t>(level) - 1];
+          room.resize(std::max(room.size(),
+            static_cast<std::size_t>(size[0] * size[1] * size[2] * components) * sizeof(T)));
+          const auto made = BoxView<T>::Dense(reinterpret_cast<T*>(room.data()), size, components);
+          this->MakeBox(level - 1, below, made, pieces);
+          from = BoxView<const T>::Dense(made.Data, size, components);
+        }
+        DownsampleBox<T>(
+          from, group, this->Info_.Labels ? Downsampling::Mode : Downsampling::Average, to);
+      }
+    }
+  }
 }
 
-CellRanges::ScanFunction ArrayBrickSource::ScanOf(int level) const
+void ArrayBrickSource::CopyBox(
+  int level, const VoxelBox& box, std::byte* out, std::int64_t rowStride, std::int64_t sliceStride)
 {
-  const Level& of = *this->Levels[static_cast<std::size_t>(level)];
+  const int components = this->Info_.Components;
+  const Voxels voxels = this->RequireLevel(level);
+  DispatchScalarType(this->Info_.Type,
+    [&](auto tag)
+    {
+      using T = decltype(tag);
+      const BoxView<T> to{ reinterpret_cast<T*>(out), box.Size(), components, rowStride,
+        sliceStride };
+      if (voxels.Data == nullptr)
+      {
+        PieceLease lease(*this);
+        this->MakeBox(level, box, to, lease.Get());
+        return;
+      }
+      const auto from = voxels.Box<T>(box, components);
+      for (std::int64_t z = 0; z < to.Dimensions[2]; ++z)
+      {
+        for (std::int64_t y = 0; y < to.Dimensions[1]; ++y)
+        {
+          std::copy_n(from.Row(y, z), to.Dimensions[0] * components, to.Row(y, z));
+        }
+      }
+    });
+}
+
+CellRanges::ScanFunction ArrayBrickSource::ScanOf(int level)
+{
+  const Voxels voxels = this->RequireLevel(level);
   return DispatchScalarType(this->Info_.Type,
     [&](auto tag) -> CellRanges::ScanFunction
     {
-      return [view = of.View<decltype(tag)>(this->Info_.Components)](const VoxelBox& box)
-      { return ScanVoxels(view, box); };
+      using T = decltype(tag);
+      const int components = this->Info_.Components;
+      if (voxels.Data != nullptr)
+      {
+        return [voxels, components](const VoxelBox& box) {
+          return ScanVoxels(voxels.Box<T>(box, components), VoxelBox{ { 0, 0, 0 }, box.Size() });
+        };
+      }
+      return [this, level, components](const VoxelBox& box)
+      {
+        // A cell, or a part of one: a piece at most.
+        const Int3 size = box.Size();
+        PieceLease lease(*this);
+        std::vector<std::byte>& room = lease.Get().OfLevel[static_cast<std::size_t>(level)];
+        room.resize(std::max(room.size(),
+          static_cast<std::size_t>(size[0] * size[1] * size[2] * components) * sizeof(T)));
+        const auto made = BoxView<T>::Dense(reinterpret_cast<T*>(room.data()), size, components);
+        this->MakeBox(level, box, made, lease.Get());
+        return ScanVoxels(
+          BoxView<const T>::Dense(made.Data, size, components), VoxelBox{ { 0, 0, 0 }, size });
+      };
     });
 }
 
-const CellRanges& ArrayBrickSource::RequireCells(int level)
+std::shared_ptr<const CellRanges> ArrayBrickSource::RequireCells(int level)
 {
-  this->RequireLevel(level);
   Level& wanted = *this->Levels[static_cast<std::size_t>(level)];
-  if (!wanted.CellsReady.load(std::memory_order_acquire))
+  const auto look = [&]
   {
-    const std::lock_guard<std::mutex> lock(this->BuildMutex);
-    if (!wanted.CellsReady.load(std::memory_order_relaxed))
-    {
-      wanted.Cells = CellRanges(wanted.Dimensions, this->ScanOf(level));
-      this->Memory += wanted.Cells.MemoryUsed();
-      wanted.CellsReady.store(true, std::memory_order_release);
-    }
+    const std::lock_guard<std::mutex> lock(this->StateMutex);
+    return wanted.Cells;
+  };
+  if (auto cells = look())
+  {
+    return cells;
   }
-  return wanted.Cells;
+  const CellRanges::ScanFunction scan = this->ScanOf(level); // builds the level if need be
+  const std::lock_guard<std::mutex> building(this->BuildMutex);
+  if (auto cells = look())
+  {
+    return cells;
+  }
+  auto cells = std::make_shared<const CellRanges>(wanted.Dimensions, scan);
+  const std::lock_guard<std::mutex> lock(this->StateMutex);
+  this->Memory += cells->MemoryUsed();
+  wanted.Cells = cells;
+  return cells;
 }
 
 } // namespace teravox

@@ -4,8 +4,10 @@
 
 #include "BrickSource.h"
 #include "CellRanges.h"
+#include "Downsampling.h"
 
 #include <atomic>
+#include <condition_variable>
 #include <cstddef>
 #include <memory>
 #include <mutex>
@@ -45,6 +47,10 @@ struct ArrayDescription
 /// maximum of 8^3 cells, found when the first range of a level is asked for, and are exact. Both
 /// use OpenMP. Several components share one range. Requires: the array doesn't change while the
 /// source lives. Thread: as BrickSource.
+///
+/// The memory budget is hard. As many levels are kept as fit, the coarsest first; each brick of the
+/// others is computed from the finer levels again, in small pieces, with the same bits. The cells
+/// and the room for those pieces must fit (LeastMemory()), else bricks and ranges are refused.
 class ArrayBrickSource : public BrickSource
 {
 public:
@@ -59,27 +65,54 @@ public:
   const VolumeInfo& Info() const override { return this->Info_; }
   Result<BrickPointer> ReadBrick(const BrickKey& key) override;
   Result<std::vector<ValueRange>> ReadRanges(const BrickKey& first, const Int3& count) override;
-  /// The levels and cells made so far.
+  /// The levels and cells made so far, and the room for pieces.
   std::uint64_t MemoryUsed() const override;
+  void SetMemoryBudget(std::uint64_t bytes) override;
+  std::uint64_t LeastMemory() const override;
+  /// The finest level that the budget allows to keep; the number of levels if there is none.
+  int FirstKeptLevel() const;
 
   /// Range of all voxels of level 0; reads them all when it is asked for the first time.
   Result<ValueRange> ComputeRange();
 
 private:
   struct Level;
+  struct Voxels;
+  struct Pieces;
+  class PieceLease;
 
   explicit ArrayBrickSource(const ArrayDescription& array);
 
-  const Level& RequireLevel(int level);
-  const CellRanges& RequireCells(int level);
-  CellRanges::ScanFunction ScanOf(int level) const;
+  Status CheckBudget() const;
+  std::uint64_t CellBytes() const;
+  std::uint64_t LevelBytes(int level) const;
+  std::uint64_t PieceBytes() const;
+  int FirstKept(std::uint64_t budget) const;
+
+  Voxels Look(int level) const;
+  Voxels RequireLevel(int level);
+  std::shared_ptr<const CellRanges> RequireCells(int level);
+  CellRanges::ScanFunction ScanOf(int level);
+  /// Strides in scalars.
+  void CopyBox(int level, const VoxelBox& box, std::byte* out, std::int64_t rowStride,
+    std::int64_t sliceStride);
   template <typename T>
-  void BuildLevel(const Level& finer, const Int3& group, Level& level) const;
+  void MakeBox(int level, const VoxelBox& box, const BoxView<T>& out, Pieces& pieces);
+  /// What a box is made of, in the level before.
+  VoxelBox BoxBelow(int level, const VoxelBox& box) const;
+  void BuildLevel(int level);
 
   VolumeInfo Info_;
   const std::shared_ptr<const void> Owner;
-  std::mutex BuildMutex;
+  const std::byte* const Finest; // level 0, the array itself
+  std::mutex BuildMutex;         // one builds; taken before StateMutex
+  mutable std::mutex StateMutex; // pointers of levels and cells, Kept, free pieces
+  std::condition_variable PiecesChanged;
   std::vector<std::unique_ptr<Level>> Levels;
+  std::vector<std::unique_ptr<Pieces>> FreePieces;
+  std::size_t PiecesMade = 0;
+  int Kept = 1; // levels from this one are kept
+  std::atomic<std::uint64_t> Budget{ ~std::uint64_t{ 0 } };
   std::atomic<std::uint64_t> Memory{ 0 };
 };
 

@@ -165,4 +165,23 @@ std::uint64_t CellRanges::MemoryUsed() const
   return bytes;
 }
 
+std::uint64_t CellRanges::BytesFor(const Int3& dimensions)
+{
+  double bytes = 0;
+  for (Int3 cells = dimensions;;)
+  {
+    double count = 1;
+    for (std::int64_t& n : cells)
+    {
+      n = CeilDiv(n, CellEdge);
+      count *= static_cast<double>(n);
+    }
+    bytes += count * sizeof(ValueRange);
+    if (cells == Int3{ 1, 1, 1 })
+    {
+      return bytes < 0x1p62 ? static_cast<std::uint64_t>(bytes) : std::uint64_t{ 1 } << 62;
+    }
+  }
+}
+
 } // namespace teravox

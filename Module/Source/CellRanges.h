@@ -28,6 +28,8 @@ public:
   /// Range of a box inside the volume; Void() for an empty one.
   ValueRange Query(const VoxelBox& box, const ScanFunction& scan) const;
   std::uint64_t MemoryUsed() const;
+  /// MemoryUsed() of the cells of a volume; saturates.
+  static std::uint64_t BytesFor(const Int3& dimensions);
 
 private:
   struct Grid

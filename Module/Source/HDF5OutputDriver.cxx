@@ -175,7 +175,7 @@ hid_t Driver()
     driver.name = "teravox-output";
     driver.maxaddr = static_cast<haddr_t>(std::numeric_limits<off_t>::max());
     driver.fc_degree = H5F_CLOSE_WEAK;
-    driver.fapl_size = sizeof(HDF5OutputState*);
+    driver.fapl_size = sizeof(HDF5OutputState*); // NOLINT(bugprone-sizeof-expression): a pointer
     driver.open = OpenFile;
     driver.close = CloseFile;
     driver.cmp = CompareFiles;

@@ -650,7 +650,11 @@ Status PyramidBuilder::CloseSeams(int level)
     {
       for (const bool upper : { false, true })
       {
-        const Status status = this->CloseSeam(level, box, axis, upper);
+        Status status = this->Advance(0); // may be cancelled
+        if (status.Ok())
+        {
+          status = this->CloseSeam(level, box, axis, upper);
+        }
         if (!status.Ok())
         {
           return status;
@@ -735,7 +739,11 @@ Status PyramidBuilder::BuildCoarseCells(int level)
         parent[a] = index[a] / CellEdge;
       }
       PyramidCells cells(this->Volume.Type, this->Volume.Components, start, size);
-      Status status = this->File->ReadCells(level, edge, cells);
+      Status status = this->Advance(0);
+      if (status.Ok())
+      {
+        status = this->File->ReadCells(level, edge, cells);
+      }
       if (status.Ok())
       {
         status = this->File->WriteCells(level, edge * CellEdge, cells.Coarser());

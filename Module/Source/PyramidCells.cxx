@@ -218,12 +218,7 @@ void PyramidCells::SetRange(std::size_t index, const ValueRange& range)
       using T = decltype(example);
       T low = static_cast<T>(0);
       T high = static_cast<T>(0);
-      if constexpr (std::is_floating_point_v<T>)
-      {
-        low = static_cast<T>(range.Min);
-        high = static_cast<T>(range.Max);
-      }
-      else if (!range.IsVoid())
+      if (std::is_floating_point_v<T> || !range.IsVoid())
       {
         low = static_cast<T>(range.Min);
         high = static_cast<T>(range.Max);

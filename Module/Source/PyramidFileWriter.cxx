@@ -14,7 +14,12 @@
 #include <cstdio>
 #include <cstring>
 #include <fcntl.h>
+#include <filesystem>
+#include <signal.h>
+#include <string_view>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <system_error>
 #include <unistd.h>
 #include <utility>
 
@@ -23,6 +28,8 @@ namespace teravox
 
 namespace
 {
+constexpr std::string_view PartEnding = ".part";
+
 std::string ArrayName(const std::string& wanted)
 {
   std::string name = wanted.empty() || wanted == "." || wanted == ".." ? "scalars" : wanted;
@@ -82,20 +89,89 @@ std::vector<std::byte> FillOf(const VoxelReader::Description& d)
 
 PyramidFileWriter::PyramidFileWriter(std::string fileName, Description description)
   : Name(std::move(fileName))
-  , Temporary(this->Name + "." + std::to_string(::getpid()) + ".part")
+  , Temporary(TemporaryName(this->Name))
   , Self(std::move(description))
 {
 }
 
+std::string PyramidFileWriter::TemporaryName(const std::string& fileName)
+{
+  return fileName + "." + std::to_string(::getpid()) + std::string(PartEnding);
+}
+
 PyramidFileWriter::~PyramidFileWriter()
 {
-  if (!this->File.Valid())
+  if (this->File.Valid())
   {
-    return; // finished, or never begun
+    this->Output.Discard = true;
+    this->Close();
+    ::unlink(this->Temporary.c_str());
   }
-  this->Output.Discard = true;
-  this->Close();
-  ::unlink(this->Temporary.c_str());
+  if (this->Lock >= 0)
+  {
+    ::close(this->Lock);
+  }
+}
+
+void PyramidFileWriter::RemoveAbandoned() const
+{
+  namespace fs = std::filesystem;
+  const fs::path path(this->Name);
+  const std::string begin = path.filename().string() + ".";
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error))
+  {
+    const std::string name = entry->path().filename().string();
+    if (name.size() <= begin.size() + PartEnding.size() ||
+      name.compare(0, begin.size(), begin) != 0 ||
+      name.compare(name.size() - PartEnding.size(), PartEnding.size(), PartEnding) != 0)
+    {
+      continue;
+    }
+    const std::string digits =
+      name.substr(begin.size(), name.size() - begin.size() - PartEnding.size());
+    if (digits.find_first_not_of("0123456789") != std::string::npos || digits.size() > 9)
+    {
+      continue;
+    }
+    // The process has ended, and nobody on another machine that shares the folder holds the lock.
+    if (::kill(static_cast<pid_t>(std::stol(digits)), 0) == 0 || errno != ESRCH)
+    {
+      continue;
+    }
+    const int fd = ::open(entry->path().c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
+    if (fd < 0)
+    {
+      continue;
+    }
+    if (::flock(fd, LOCK_EX | LOCK_NB) == 0)
+    {
+      ::unlink(entry->path().c_str());
+    }
+    ::close(fd);
+  }
+}
+
+Status PyramidFileWriter::Reserve()
+{
+  // Asked before HDF5, for the reason in the system's words.
+  this->Lock = ::open(this->Temporary.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0666);
+  if (this->Lock < 0)
+  {
+    return this->Failure(std::string("the file can't be created: ") + std::strerror(errno));
+  }
+  // Where the file system has no locks the process's number has to do.
+  if (::flock(this->Lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+  {
+    return this->Failure("it is being written at this moment");
+  }
+  if (::ftruncate(this->Lock, 0) != 0)
+  {
+    return this->Failure(std::string("the file can't be created: ") + std::strerror(errno));
+  }
+  return {};
 }
 
 Int3 PyramidFileWriter::ChunkSize(const PyramidLayout& layout, int level)
@@ -140,14 +216,13 @@ Result<std::unique_ptr<PyramidFileWriter>> PyramidFileWriter::Create(const std::
   {
     return writer->Failure("it is a folder");
   }
-  // Asked before HDF5, for the reason in the system's words.
-  const int fd = ::open(writer->Temporary.c_str(), O_CREAT | O_WRONLY | O_TRUNC | O_CLOEXEC, 0666);
-  if (fd < 0)
+  writer->RemoveAbandoned();
+  Status status = writer->Reserve();
+  if (!status.Ok())
   {
-    return writer->Failure(std::string("the file can't be created: ") + std::strerror(errno));
+    return status;
   }
-  ::close(fd);
-  const Status status = writer->Build();
+  status = writer->Build();
   if (!status.Ok())
   {
     if (!writer->File.Valid())
@@ -202,7 +277,7 @@ Status PyramidFileWriter::BuildLevels(hid_t data)
   {
     HDF5Handle dataset;
     const HDF5Handle parent(H5Gopen2(this->File.Get(), group.c_str(), H5P_DEFAULT));
-    const Status status =
+    Status status =
       this->MakeDataset(l == 0 ? data : parent.Get(), l == 0 ? volume.ArrayName : std::to_string(l),
         this->Self.Layout.Dimensions(l), ChunkSize(this->Self.Layout, l), volume.Components,
         volume.Type, this->Self.Fill.data(), this->Self.Options.Compression, dataset);
@@ -485,7 +560,7 @@ Status PyramidFileWriter::Publish(std::uint64_t& size)
   }
   struct stat info = {};
   const bool synced = ::fsync(fd) == 0 && ::fstat(fd, &info) == 0;
-  const Status sync = synced ? Status() : systemFailure("it can't be brought to the disk");
+  Status sync = synced ? Status() : systemFailure("it can't be brought to the disk");
   ::close(fd);
   if (!sync.Ok())
   {

@@ -29,6 +29,8 @@ public:
     const VoxelReader::Description& description, const PyramidWriterOptions& options,
     const PyramidLayout& layout);
 
+  static std::string TemporaryName(const std::string& fileName);
+
   ~PyramidFileWriter();
   PyramidFileWriter(const PyramidFileWriter&) = delete;
   PyramidFileWriter& operator=(const PyramidFileWriter&) = delete;
@@ -67,6 +69,8 @@ private:
     PyramidCompression compression, HDF5Handle& dataset);
   Status OpenCells(int level, std::int64_t edge);
   Status TransferCells(int level, std::int64_t edge, PyramidCells& cells, bool write);
+  Status Reserve();
+  void RemoveAbandoned() const;
   Status WriteAttributes(const ValueRange& range, const std::vector<std::uint64_t>& histogram);
   Status Close();
   Status Publish(std::uint64_t& size);
@@ -77,6 +81,7 @@ private:
 
   std::string Name;
   std::string Temporary;
+  int Lock = -1; // descriptor of the temporary file, locked as long as this object lives
   Description Self;
   HDF5OutputState Output; // before File: outlives it
   HDF5Handle File;

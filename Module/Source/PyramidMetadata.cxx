@@ -150,7 +150,7 @@ Status ReadPyramid(const HDF5File& file, PyramidMetadata& m)
   }
   try
   {
-    const Status status = ReadLevels(file, *text, m);
+    Status status = ReadLevels(file, *text, m);
     if (!status.Ok())
     {
       return status;

@@ -92,7 +92,7 @@ Status ForEach(const Box& box, const F& f)
     {
       for (std::int64_t x = box.Low[0]; x < box.High[0]; ++x)
       {
-        const Status status = f(Int3{ x, y, z });
+        Status status = f(Int3{ x, y, z });
         if (!status.Ok())
         {
           return status;

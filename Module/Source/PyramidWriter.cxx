@@ -124,6 +124,11 @@ Result<PyramidWriterReport> WriteChecked(const std::string& fileName, VoxelReade
 }
 } // namespace
 
+std::string PyramidWriter::TemporaryName(const std::string& fileName)
+{
+  return PyramidFileWriter::TemporaryName(fileName);
+}
+
 Result<PyramidWriterReport> PyramidWriter::Write(
   const std::string& fileName, VoxelReader& reader, const PyramidWriterOptions& options)
 {

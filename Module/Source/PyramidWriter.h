@@ -58,10 +58,15 @@ struct PyramidWriterReport
 /// PyramidFormat.h.
 /// The file appears under its name only when it is complete and on disk; before that it has the
 /// name with ".<process>.part" added, which an error, a cancel or an exception of the reader
-/// removes. Thread: any, one Write() at a time per reader; compresses with OpenMP.
+/// removes. A process that was killed leaves it; the next Write() to the same name removes what
+/// belongs to no process any more. Thread: any, one Write() at a time per reader; compresses with
+/// OpenMP.
 class PyramidWriter
 {
 public:
+  /// The name that the file has in this process until it is complete.
+  static std::string TemporaryName(const std::string& fileName);
+
   /// Errors: InvalidArgument (description or options), ResourceExhausted (MemoryLimit too small:
   /// says how much would do), InputOutput (can't create, disk full), Cancelled, or the reader's
   /// own.

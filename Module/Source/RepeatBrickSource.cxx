@@ -197,8 +197,14 @@ std::uint64_t RepeatBrickSource::MemoryUsed() const
 
 void RepeatBrickSource::SetMemoryBudget(std::uint64_t bytes)
 {
-  this->Period->SetMemoryBudget(bytes / 2);
-  this->Period->Inner()->SetMemoryBudget(bytes / 2);
+  const std::uint64_t inner = std::min(bytes, std::max(bytes / 2, this->LeastMemory()));
+  this->Period->SetMemoryBudget(bytes - inner);
+  this->Period->Inner()->SetMemoryBudget(inner);
+}
+
+std::uint64_t RepeatBrickSource::LeastMemory() const
+{
+  return this->Period->Inner()->LeastMemory();
 }
 
 } // namespace teravox

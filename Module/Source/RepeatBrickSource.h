@@ -60,6 +60,7 @@ public:
   std::uint64_t BytesRead() const override;
   std::uint64_t MemoryUsed() const override;
   void SetMemoryBudget(std::uint64_t bytes) override;
+  std::uint64_t LeastMemory() const override;
 
 private:
   RepeatBrickSource(VolumeInfo info, std::unique_ptr<RepeatPeriod> period);

@@ -53,7 +53,7 @@ namespace
 // Of NVIDIA's and AMD's memory extensions; kibibytes of dedicated memory.
 constexpr GLenum DedicatedVideoMemory = 0x9047;
 constexpr GLenum TextureFreeMemory = 0x87FC;
-constexpr vtkTypeInt64 DefaultMaxMemoryInBytes = 128 * 1024 * 1024;
+constexpr vtkTypeInt64 DefaultMaxMemoryInBytes = vtkTypeInt64{ 128 } << 20;
 
 std::uint64_t MainMemory()
 {
@@ -205,7 +205,7 @@ vtkOutOfCoreVolumeMapper::~vtkOutOfCoreVolumeMapper()
 {
   if (this->Internals->Window)
   {
-    this->ReleaseGraphicsResources(this->Internals->Window);
+    this->vtkOutOfCoreVolumeMapper::ReleaseGraphicsResources(this->Internals->Window);
   }
 }
 
@@ -395,7 +395,7 @@ double* vtkOutOfCoreVolumeMapper::GetBounds()
   }
   const Int3& n = drawn.Source->Info().Layout.Dimensions(0);
   const double inset = drawn.CellData ? 0.0 : 0.5;
-  for (int a = 0; a < 3; ++a)
+  for (std::size_t a = 0; a < 3; ++a)
   {
     this->Bounds[2 * a] = VTK_DOUBLE_MAX;
     this->Bounds[2 * a + 1] = VTK_DOUBLE_MIN;
@@ -564,7 +564,7 @@ void SetMaterial(
   request.LightSpecular = { 0, 0, 0 };
   int lights = 0;
   otherLights = false;
-  vtkCollectionSimpleIterator it;
+  vtkCollectionSimpleIterator it = nullptr;
   ren->GetLights()->InitTraversal(it);
   while (vtkLight* light = ren->GetLights()->GetNextLight(it))
   {
@@ -873,7 +873,8 @@ bool vtkOutOfCoreVolumeMapper::Converge(vtkRenderWindow* window, double timeout)
   do
   {
     window->Render();
-  } while (!this->IsConverged() && this->GetNumberOfFailedBricks() == 0 && Now() < until);
+  } while (!this->IsConverged() && this->GetNumberOfFailedBricks() == 0 &&
+    this->GetNumberOfFailedPageBlocks() == 0 && Now() < until);
   return this->IsConverged();
 }
 
@@ -909,9 +910,19 @@ vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfFailedBricks()
   return this->Internals->Engine.FailedBricks();
 }
 
+vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfFailedPageBlocks()
+{
+  return this->Internals->Engine.FailedPageBlocks();
+}
+
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfEvictions()
 {
   return this->Internals->Engine.Evictions();
+}
+
+vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfPageBlockEvictions()
+{
+  return this->Internals->Engine.PageBlockEvictions();
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfSlots()
@@ -937,6 +948,11 @@ vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetPeakGPUMemoryUsed()
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetHostMemoryUsed()
 {
   return this->Internals->Engine.HostMemoryUsed();
+}
+
+vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetPeakHostMemoryUsed()
+{
+  return this->Internals->Engine.PeakHostMemoryUsed();
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetAddressingMemoryUsed()

@@ -207,12 +207,15 @@ public:
   vtkTypeUInt64 GetPageTableBytesUploaded();
   vtkTypeUInt64 GetNumberOfBricksLoaded();
   vtkTypeUInt64 GetNumberOfFailedBricks();
+  vtkTypeUInt64 GetNumberOfFailedPageBlocks();
   vtkTypeUInt64 GetNumberOfEvictions();
+  vtkTypeUInt64 GetNumberOfPageBlockEvictions();
   vtkTypeUInt64 GetNumberOfSlots();
   vtkTypeUInt64 GetNumberOfSlotsInUse();
   vtkTypeUInt64 GetGPUMemoryUsed();
   vtkTypeUInt64 GetPeakGPUMemoryUsed();
   vtkTypeUInt64 GetHostMemoryUsed();
+  vtkTypeUInt64 GetPeakHostMemoryUsed();
   vtkTypeUInt64 GetAddressingMemoryUsed();
   /** Seconds from the first Render() after a new source to the first complete picture. */
   double GetTimeToFirstPicture();

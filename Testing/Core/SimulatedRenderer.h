@@ -214,28 +214,22 @@ public:
   {
   }
 
-  std::size_t MostBricks = std::numeric_limits<std::size_t>::max(); ///< in flight and arrived
+  std::size_t MostItems = std::numeric_limits<std::size_t>::max(); ///< in flight and held
   std::map<BrickKey, int> Reads;
 
-  /// `arrived` are the bricks that the residency holds.
-  std::vector<LoadResult> Advance(std::vector<LoadRequest> wishes, std::size_t arrived)
+  /// `held` are the bricks and page blocks that the residency holds.
+  std::vector<LoadResult> Advance(std::vector<LoadRequest> wishes, std::size_t held)
   {
     std::stable_sort(wishes.begin(), wishes.end(),
       [](const LoadRequest& a, const LoadRequest& b) { return a.Priority > b.Priority; });
-    std::size_t bricks = arrived;
-    for (const BrickKey& key : this->InFlight)
-    {
-      bricks += key.PageLevel == 0 ? 1 : 0;
-    }
     for (const LoadRequest& wish : wishes)
     {
       const bool known =
         std::find(this->InFlight.begin(), this->InFlight.end(), wish.Key) != this->InFlight.end();
-      const bool room = wish.Key.PageLevel > 0 || bricks < this->MostBricks;
+      const bool room = held + this->InFlight.size() < this->MostItems;
       if (!known && room && this->InFlight.size() < this->Threads)
       {
         this->InFlight.push_back(wish.Key);
-        bricks += wish.Key.PageLevel == 0 ? 1 : 0;
       }
     }
     std::shuffle(this->InFlight.begin(), this->InFlight.end(), this->Random);
@@ -301,9 +295,9 @@ struct SimulationSettings
   std::uint32_t PageBlocks = 0; ///< 0: the least, one chain
   std::uint64_t Seed = 1;
   int LoaderThreads = 3;
-  double FinishChance = 0.5; ///< of each read, per step
-  std::size_t MostBricksOnHost = std::numeric_limits<std::size_t>::max();
-  std::size_t MostRequests = 4096; ///< entries of the request table; what is beyond is lost
+  double FinishChance = 0.5;         ///< of each read, per step
+  std::size_t MostOnHost = 1u << 30; ///< bricks and page blocks
+  std::size_t MostRequests = 4096;   ///< entries of the request table; what is beyond is lost
   std::size_t LimitUploads = ~std::size_t{ 0 };
   int StepsPerPass = 64; ///< bricks that a ray may pass before its pass is long enough
   std::uint64_t MostSteps = 30000;
@@ -324,6 +318,7 @@ struct SimulationResult
   std::uint64_t BlockEvictions = 0;
   std::uint64_t EntriesUploaded = 0;
   std::uint64_t Requests = 0;
+  std::size_t MostHeld = 0; ///< bricks and page blocks without a place
 
   std::set<BrickKey> WorkingSet() const
   {
@@ -364,7 +359,8 @@ public:
     , Atlas(settings.Slots)
   {
     volume.FillDirectory(this->Table);
-    this->Loader.MostBricks = settings.MostBricksOnHost;
+    this->Loader.MostItems = settings.MostOnHost;
+    this->Manager.SetHostLimit({ settings.MostOnHost, 1, 1 });
     this->SetCamera(camera);
   }
 
@@ -400,7 +396,7 @@ public:
         break;
       }
       std::vector<LoadResult> finished =
-        this->Loader.Advance(std::move(wishes), this->ArrivedBricks());
+        this->Loader.Advance(std::move(wishes), this->Manager.HeldBytes());
       FramePlan plan =
         this->Manager.Step(feedback, std::move(finished), this->Order, this->Settings.LimitUploads);
       const bool changed = this->Carry(plan);
@@ -432,12 +428,6 @@ private:
     Missing,
     Failed
   };
-
-  std::size_t ArrivedBricks() const
-  {
-    return static_cast<std::size_t>(
-      this->Manager.ArrivedBytes() / (sizeof(Brick) + sizeof(BrickKey)));
-  }
 
   void Complain(const std::string& error)
   {
@@ -486,6 +476,10 @@ private:
         this->Complain(request.Key.ToString() + " is requested twice");
       }
       this->CheckRequest(request.Key);
+      if (this->Table.IsTrunk(request.Key))
+      {
+        this->Complain(request.Key.ToString() + " is known and requested");
+      }
     }
     for (const LoadResult& failure : plan.Failures)
     {
@@ -500,6 +494,11 @@ private:
     {
       this->Complain("more uploads than allowed");
     }
+    if (this->Manager.HeldBytes() + plan.Requests.size() > this->Settings.MostOnHost)
+    {
+      this->Complain("more is held and asked for than the host may hold");
+    }
+    this->Result.MostHeld = std::max<std::size_t>(this->Result.MostHeld, this->Manager.HeldBytes());
     this->Result.Plans.push_back(std::move(text));
     this->Result.Uploads += plan.Uploads.size();
     this->Result.Requests += plan.Requests.size();
@@ -526,22 +525,14 @@ private:
 
   bool UploadTable()
   {
-    const PageTable::Changes changes = this->Table.TakeChanges();
-    const auto copy = [&](std::size_t first, std::size_t count)
+    const std::vector<PageTable::Change> changes = this->Table.TakeChanges();
+    for (const PageTable::Change& change : changes)
     {
-      std::copy_n(this->Table.Entries().begin() + static_cast<std::ptrdiff_t>(first), count,
-        this->Gpu.begin() + static_cast<std::ptrdiff_t>(first));
-      this->Result.EntriesUploaded += count;
-    };
-    if (changes.Directory)
-    {
-      copy(0, static_cast<std::size_t>(this->Volume.Layout.DirectoryEntries()));
+      std::copy_n(this->Table.Entries().begin() + static_cast<std::ptrdiff_t>(change.First),
+        change.Count, this->Gpu.begin() + static_cast<std::ptrdiff_t>(change.First));
+      this->Result.EntriesUploaded += change.Count;
     }
-    for (const std::uint32_t slot : changes.Blocks)
-    {
-      copy(this->Table.BlockOffset(slot), PageTable::EntriesPerBlock);
-    }
-    return changes.Directory || !changes.Blocks.empty();
+    return !changes.empty();
   }
 
   // Address translation as the marcher does it, on its copy of the table.

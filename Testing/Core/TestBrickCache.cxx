@@ -1,9 +1,12 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "BrickCache.h"
+#include "ProcessMemory.h"
 
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
+#include <iostream>
 #include <list>
 #include <map>
 #include <random>
@@ -257,6 +260,43 @@ TEST(BrickCache, TenThousandRandomSteps)
   {
     model.Step(random);
   }
+}
+
+// Contract 5: what the cache counts is what the allocator has given out, after each step.
+TEST(BrickCache, ChargesAreWhatIsAllocated)
+{
+  const std::uint64_t before = test::AllocatedBytes();
+  if (before == 0)
+  {
+    GTEST_SKIP() << "the allocator doesn't tell what it has given out";
+  }
+  std::mt19937_64 random(77);
+  BrickCache cache(32 << 20);
+  std::list<BrickPointer> held;
+  double worst = 0;
+  for (int step = 0; step < 500; ++step)
+  {
+    const BrickKey key = KeyAt(static_cast<std::uint32_t>(random() % 300));
+    Put(cache, key, 20000 + random() % 300000);
+    if (const auto item = cache.Find(KeyAt(static_cast<std::uint32_t>(random() % 300))))
+    {
+      held.push_back(item->Brick);
+    }
+    if (held.size() > 20)
+    {
+      held.pop_front();
+    }
+    if (step % 50 == 49)
+    {
+      cache.SetBudget((8 + random() % 24) << 20);
+    }
+    const auto counted = static_cast<double>(cache.GetCounters().BytesUsed);
+    const auto allocated =
+      static_cast<double>(test::AllocatedBytes()) - static_cast<double>(before);
+    ASSERT_LE(std::abs(allocated - counted), 0.02 * counted + 65536) << "step " << step;
+    worst = std::max(worst, std::abs(allocated - counted));
+  }
+  std::cout << "counted and allocated bytes differ by " << worst << " at most\n";
 }
 
 TEST(BrickCache, ManyThreadsStayWithinTheBudget)

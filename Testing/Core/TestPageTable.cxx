@@ -200,9 +200,10 @@ public:
     {
       Table.SetDirectoryRanges(l, this->DirectoryRanges(l));
     }
-    const PageTable::Changes changes = Table.TakeChanges();
-    EXPECT_TRUE(changes.Directory);
-    EXPECT_TRUE(changes.Blocks.empty());
+    const std::vector<PageTable::Change> changes = Table.TakeChanges();
+    EXPECT_EQ(changes.size(), 1u);
+    EXPECT_EQ(changes[0].First, 0u);
+    EXPECT_EQ(changes[0].Count, static_cast<std::size_t>(layout.DirectoryEntries()));
     this->Replay(changes);
   }
 
@@ -240,12 +241,14 @@ public:
     {
       BrickKey child = block.first;
       child.PageLevel = static_cast<std::uint8_t>(block.first.PageLevel - 1);
+      const Int3 pages = Model.Layout.Pages(child.Level, child.PageLevel);
       for (std::uint32_t i = 0; i < PageTable::EntriesPerBlock; ++i)
       {
         child.X = block.first.X * Edge + i % Edge;
         child.Y = block.first.Y * Edge + i / Edge % Edge;
         child.Z = block.first.Z * Edge + i / Edge / Edge;
-        ASSERT_TRUE(this->SameEntry(child)) << child.ToString();
+        const bool inside = child.X < pages[0] && child.Y < pages[1] && child.Z < pages[2];
+        ASSERT_TRUE(!inside || this->SameEntry(child)) << child.ToString();
       }
     }
     for (const auto& brick : Model.Bricks)
@@ -258,6 +261,7 @@ public:
   NaiveTable Model;
   std::size_t MostBlocks = 0;
   std::size_t BricksMapped = 0;
+  std::size_t TrunksMapped = 0;
 
 private:
   std::vector<ValueRange> DirectoryRanges(int level) const
@@ -313,7 +317,15 @@ private:
     if (found && slot)
     {
       ASSERT_EQ(*missing, expected);
-      Table.MapBlock(expected, *slot, RangesOf(Model.Layout, expected));
+      if (Table.IsTrunk(expected) && Random() % 2 == 0)
+      {
+        Table.MapTrunk(expected, *slot);
+        ++this->TrunksMapped;
+      }
+      else
+      {
+        Table.MapBlock(expected, *slot, RangesOf(Model.Layout, expected));
+      }
       Model.Blocks[expected] = *slot;
       this->MostBlocks = std::max(this->MostBlocks, Model.Blocks.size());
       this->Allowed.insert(*slot);
@@ -384,20 +396,12 @@ private:
     return entry.has_value() == Model.Known(key) && (!entry || entry->Word == Model.Word(key));
   }
 
-  void Replay(const PageTable::Changes& changes)
+  void Replay(const std::vector<PageTable::Change>& changes)
   {
-    const auto copy = [&](std::size_t first, std::size_t count)
+    for (const PageTable::Change& change : changes)
     {
-      std::copy_n(Table.Entries().begin() + static_cast<std::ptrdiff_t>(first), count,
-        this->Shadow.begin() + static_cast<std::ptrdiff_t>(first));
-    };
-    if (changes.Directory)
-    {
-      copy(0, static_cast<std::size_t>(Model.Layout.DirectoryEntries()));
-    }
-    for (const std::uint32_t slot : changes.Blocks)
-    {
-      copy(Table.BlockOffset(slot), PageTable::EntriesPerBlock);
+      std::copy_n(Table.Entries().begin() + static_cast<std::ptrdiff_t>(change.First), change.Count,
+        this->Shadow.begin() + static_cast<std::ptrdiff_t>(change.First));
     }
   }
 
@@ -418,18 +422,26 @@ private:
     ASSERT_EQ(Table.IsFailed(brick), Model.Failed.count(brick) != 0);
 
     // Nothing that changed is kept back, and nothing else is sent.
-    const PageTable::Changes changes = Table.TakeChanges();
-    ASSERT_TRUE(std::is_sorted(changes.Blocks.begin(), changes.Blocks.end()));
-    for (std::size_t i = 0; i < changes.Blocks.size(); ++i)
+    const std::vector<PageTable::Change> changes = Table.TakeChanges();
+    std::size_t end = 0;
+    for (const PageTable::Change& change : changes)
     {
-      ASSERT_TRUE(i == 0 || changes.Blocks[i] != changes.Blocks[i - 1]);
-      ASSERT_EQ(this->Allowed.count(changes.Blocks[i]), 1u);
+      ASSERT_TRUE(change.Count > 0 && change.First >= end);
+      end = change.First + change.Count;
+      if (end <= Table.BlockOffset(0))
+      {
+        ASSERT_TRUE(this->AllowedDirectory);
+        continue;
+      }
+      const auto slot = static_cast<std::uint32_t>(
+        (change.First - Table.BlockOffset(0)) / PageTable::EntriesPerBlock);
+      ASSERT_GE(change.First, Table.BlockOffset(slot));
+      ASSERT_LE(end, Table.BlockOffset(slot + 1));
+      ASSERT_EQ(this->Allowed.count(slot), 1u);
     }
-    ASSERT_TRUE(!changes.Directory || this->AllowedDirectory);
     this->Replay(changes);
     ASSERT_EQ(std::memcmp(this->Shadow.data(), Table.Entries().data(), Table.SizeInBytes()), 0);
-    const PageTable::Changes none = Table.TakeChanges();
-    ASSERT_TRUE(none.Blocks.empty() && !none.Directory);
+    ASSERT_TRUE(Table.TakeChanges().empty());
   }
 
   std::mt19937_64 Random;
@@ -483,6 +495,7 @@ TEST_P(PageTableWalk, EqualsANaiveModelAfterEachOfTenThousandSteps)
       }
     }
     EXPECT_GT(walk.MostBlocks, 0u);
+    EXPECT_EQ(walk.TrunksMapped > 0, layout.PageDepth() >= 2);
     EXPECT_GT(walk.BricksMapped, 0u);
   }
 }
@@ -629,6 +642,50 @@ TEST(PageTable, BlocksThatComeBackBringTheirBricks)
     }
     ASSERT_EQ(table.NumberOfBlocks(), 0u);
     ASSERT_EQ(table.CheckInvariants(), "");
+  }
+}
+
+// Of a level that is small beside its depth the upper blocks tell nothing new.
+TEST(PageTable, TrunksRepeatTheEntryAbove)
+{
+  const PyramidLayout layout =
+    PyramidLayout::MakeDefault({ 1 << 30, 1 << 30, 1 << 30 }, { 1, 1, 1 }, 32).Value();
+  const int depth = layout.PageDepth();
+  PageTable table(layout, 16);
+  BrickKey brick;
+  brick.Level = static_cast<std::uint8_t>(layout.NumberOfLevels() - 3); // 4 bricks along each axis
+  ASSERT_EQ(layout.Bricks(brick.Level), (Int3{ 4, 4, 4 }));
+  table.SetDirectoryRanges(brick.Level, { { 3.25, 77.5 } });
+  table.TakeChanges();
+  std::uint32_t slot = 0;
+  while (const auto missing = table.FirstMissingBlock(brick))
+  {
+    ASSERT_EQ(table.IsTrunk(*missing), missing->PageLevel >= 2);
+    if (!table.IsTrunk(*missing))
+    {
+      break;
+    }
+    table.MapTrunk(*missing, slot++);
+    BrickKey entry = *missing;
+    --entry.PageLevel;
+    EXPECT_EQ(table.Entry(entry)->GetState(), PageEntry::Unmapped);
+    EXPECT_EQ(table.Entry(entry)->Low, 3.25f);
+    EXPECT_EQ(table.Entry(entry)->High, 77.5f);
+    EXPECT_EQ(table.CheckInvariants(), "");
+  }
+  EXPECT_EQ(slot, static_cast<std::uint32_t>(depth - 1));
+  std::size_t sent = 0;
+  for (const PageTable::Change& change : table.TakeChanges())
+  {
+    sent += change.Count;
+  }
+  EXPECT_EQ(sent, static_cast<std::size_t>(depth)) << "one entry of each, and of the directory";
+  // The block of bricks isn't one, nor is any block of the finest level.
+  BrickKey fine;
+  for (int k = 1; k <= depth; ++k)
+  {
+    fine = PageTable::ParentBlock(fine);
+    EXPECT_FALSE(table.IsTrunk(fine)) << k;
   }
 }
 

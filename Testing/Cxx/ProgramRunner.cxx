@@ -100,7 +100,11 @@ Outcome RunProgram(const std::vector<std::string>& arguments, const RunOptions& 
     {
       if (AnyFileBegins(options.InterruptWhenExists))
       {
-        kill(child, SIGINT);
+        for (const int number : options.Signals)
+        {
+          kill(child, number);
+          std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
         waitpid(child, &status, 0);
         break;
       }
@@ -112,7 +116,7 @@ Outcome RunProgram(const std::vector<std::string>& arguments, const RunOptions& 
     waitpid(child, &status, 0);
   }
   Outcome outcome;
-  outcome.ExitCode = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  outcome.ExitCode = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   outcome.Output = ReadAll(output);
   outcome.Error = ReadAll(error);
   return outcome;

@@ -10,7 +10,7 @@
 namespace teravox::test
 {
 
-/// How the program ended. ExitCode is -1 if a signal ended it.
+/// How the program ended. ExitCode is -n if signal n ended it.
 struct Outcome
 {
   int ExitCode = -1;
@@ -23,8 +23,10 @@ struct RunOptions
   std::optional<std::string> Display;   ///< DISPLAY; nothing: as it is
   std::optional<std::string> GLVersion; ///< MESA_GL_VERSION_OVERRIDE
   std::uint64_t FileSizeLimit = 0;      ///< of files that it writes, in bytes; 0: none
-  /// Sends SIGINT as soon as a file exists whose name begins with this one.
+  /// Sends these signals, one after another, as soon as a file exists whose name begins with this
+  /// one.
   std::string InterruptWhenExists;
+  std::vector<int> Signals;
 };
 
 /// Runs the program `teravox` with these arguments and waits for its end.

@@ -3,6 +3,7 @@
 #include "ProgramRunner.h"
 #include "VTKTestSupport.h"
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -42,11 +43,24 @@ RunOptions Limited(std::uint64_t bytes)
   return options;
 }
 
-RunOptions Interrupted(const std::string& file)
+RunOptions Interrupted(const std::string& file, const std::vector<int>& signals)
 {
   RunOptions options;
   options.InterruptWhenExists = file;
+  options.Signals = signals;
   return options;
+}
+
+/// Files beside this one whose name begins with its name, itself included.
+std::size_t FilesLike(const std::string& file)
+{
+  const std::filesystem::path path(file);
+  std::size_t count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(path.parent_path()))
+  {
+    count += entry.path().filename().string().rfind(path.filename().string(), 0) == 0 ? 1 : 0;
+  }
+  return count;
 }
 
 RunOptions OnDisplay(const std::string& name)
@@ -223,19 +237,38 @@ TEST(ProgramConvert, FullDiskIsNamedAndLeavesNothing)
   }
 }
 
-TEST(ProgramConvert, InterruptLeavesNothing)
+TEST(ProgramConvert, SignalsLeaveNothing)
 {
   const std::string vti = MakeImageFile("huge.vti", VTK_DOUBLE, 16000);
-  const std::string out = FreshFileName("interrupted.h5");
-  const Outcome outcome = RunProgram(
-    { "convert", vti, out, "--compression", "deflate", "--level", "12", "--memory", "200M" },
-    Interrupted(out));
-  ExpectFailure(outcome, 1, "interrupted");
-  for (const auto& entry :
-    std::filesystem::directory_iterator(std::filesystem::path(out).parent_path()))
+  const auto convert = [&](const std::string& out, const std::vector<int>& signals)
   {
-    EXPECT_EQ(entry.path().filename().string().find("interrupted.h5"), std::string::npos);
+    return RunProgram(
+      { "convert", vti, out, "--compression", "deflate", "--level", "12", "--memory", "200M" },
+      Interrupted(out, signals));
+  };
+  for (const int number : { SIGINT, SIGTERM, SIGHUP })
+  {
+    const std::string out = FreshFileName("interrupted.h5");
+    ExpectFailure(convert(out, { number }), 1, "interrupted");
+    EXPECT_EQ(FilesLike(out), 0u) << "signal " << number;
   }
+  // Who is in a hurry gets the signal's own end; the unfinished file goes all the same.
+  const std::string hurried = FreshFileName("hurried.h5");
+  const Outcome outcome = convert(hurried, { SIGINT, SIGINT });
+  EXPECT_TRUE(outcome.ExitCode == -SIGINT || outcome.ExitCode == 1) << outcome.ExitCode;
+  EXPECT_EQ(FilesLike(hurried), 0u);
+  // Nobody can clean up after this one but the next conversion to the same name.
+  const std::string killed = FreshFileName("killed.h5");
+  EXPECT_EQ(convert(killed, { SIGKILL }).ExitCode, -SIGKILL);
+  EXPECT_EQ(FilesLike(killed), 1u);
+  const std::string other = killed + ".1.part"; // process 1 lives
+  std::ofstream(other) << "somebody else's";
+  const std::string small = MakeImageFile("small.vti");
+  EXPECT_EQ(RunProgram({ "convert", small, killed, "--quiet" }).ExitCode, 0);
+  EXPECT_TRUE(std::filesystem::exists(killed));
+  EXPECT_TRUE(std::filesystem::exists(other));
+  EXPECT_EQ(FilesLike(killed), 2u);
+  std::filesystem::remove(other);
 }
 
 TEST(ProgramInfo, BadFilesAreNamed)

@@ -5,6 +5,7 @@
 // never a lie.
 #include "FaultyBrickSource.h"
 #include "FormulaBrickSource.h"
+#include "ProcessMemory.h"
 #include "Scene.h"
 #include "VTKTestSupport.h"
 #include "vtkOutOfCoreVolumeMapper.h"
@@ -14,7 +15,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
@@ -50,23 +50,6 @@ std::shared_ptr<BrickSource> Blobs(int brickSize = 16)
   return SourceOfImage(MakeImage(options), brickSize, false);
 }
 
-// Bytes of main memory that the process holds; 0 where the system doesn't tell.
-std::uint64_t ResidentBytes()
-{
-  std::ifstream status("/proc/self/status");
-  std::string word;
-  while (status >> word)
-  {
-    if (word == "VmRSS:")
-    {
-      std::uint64_t kibibytes = 0;
-      status >> kibibytes;
-      return kibibytes * 1024;
-    }
-  }
-  return 0;
-}
-
 // Reads of bricks finer than the coarsest level don't end until the source is opened.
 class StallingSource : public BrickSource
 {
@@ -99,6 +82,34 @@ private:
   const int Coarsest;
 };
 
+// Ranges of page blocks can't be read, bricks can.
+class RangelessSource : public BrickSource
+{
+public:
+  explicit RangelessSource(std::shared_ptr<BrickSource> inner)
+    : Inner(std::move(inner))
+  {
+  }
+  const VolumeInfo& Info() const override { return this->Inner->Info(); }
+  Result<BrickPointer> ReadBrick(const BrickKey& key) override
+  {
+    return this->Inner->ReadBrick(key);
+  }
+  Result<std::vector<ValueRange>> ReadRanges(const BrickKey& first, const Int3& count) override
+  {
+    if (first.PageLevel == 0 && !this->Readable)
+    {
+      return Status(StatusCode::InputOutput, "The ranges are lost.");
+    }
+    return this->Inner->ReadRanges(first, count);
+  }
+
+  std::atomic<bool> Readable{ false };
+
+private:
+  const std::shared_ptr<BrickSource> Inner;
+};
+
 } // namespace
 
 TEST(Contract4, CostFollowsThePicture)
@@ -109,9 +120,9 @@ TEST(Contract4, CostFollowsThePicture)
     double Operations;
     double Passes;
     double Bricks;
+    double Bytes; ///< to the GPU
   };
-  std::vector<Cost> costs;
-  for (const int exponent : { 9, 30 })
+  const auto measure = [](int exponent)
   {
     const double edge = std::ldexp(1.0, exponent);
     Stage stage(96, 96);
@@ -120,26 +131,42 @@ TEST(Contract4, CostFollowsThePicture)
     stage.Mapper->SetMaximumNumberOfSlots(512);
     stage.Look({ 0.3, 1, -0.2 }, 0.7);
     const std::vector<float> picture = stage.Draw();
-    ASSERT_TRUE(stage.Mapper->IsConverged());
+    EXPECT_TRUE(stage.Mapper->IsConverged());
     EXPECT_GT(*std::max_element(picture.begin(), picture.end()), 0.1f);
-    costs.push_back({ static_cast<double>(stage.Mapper->GetAddressingMemoryUsed()),
+    const Cost cost{ static_cast<double>(stage.Mapper->GetAddressingMemoryUsed()),
       static_cast<double>(stage.Mapper->GetNumberOfOperations()),
       static_cast<double>(stage.Mapper->GetNumberOfPasses()),
-      static_cast<double>(stage.Mapper->GetNumberOfBricksLoaded()) });
+      static_cast<double>(stage.Mapper->GetNumberOfBricksLoaded()),
+      static_cast<double>(
+        stage.Mapper->GetBytesUploaded() + stage.Mapper->GetPageTableBytesUploaded()) };
     std::printf(
       "  2^%d per axis: addressing %.0f bytes, %.0f operations, %.0f passes, %.0f bricks, "
-      "GPU %llu bytes\n",
-      exponent, costs.back().Addressing, costs.back().Operations, costs.back().Passes,
-      costs.back().Bricks, static_cast<unsigned long long>(stage.Mapper->GetGPUMemoryUsed()));
+      "%.0f bytes uploaded, GPU %llu bytes\n",
+      exponent, cost.Addressing, cost.Operations, cost.Passes, cost.Bricks, cost.Bytes,
+      static_cast<unsigned long long>(stage.Mapper->GetGPUMemoryUsed()));
     // The next frame, with everything there.
     stage.Draw();
-    EXPECT_EQ(stage.Mapper->GetNumberOfBricksLoaded(), costs.back().Bricks);
+    EXPECT_EQ(stage.Mapper->GetNumberOfBricksLoaded(), cost.Bricks);
+    return cost;
+  };
+  // Bricks that come later are wished for once more, and a little later: the least of a few tries
+  // is what a picture costs.
+  std::vector<Cost> costs;
+  for (const int exponent : { 9, 30 })
+  {
+    Cost least = measure(exponent);
+    for (int i = 0; i < 4; ++i)
+    {
+      const Cost again = measure(exponent);
+      least.Operations = std::min(least.Operations, again.Operations);
+      least.Passes = std::min(least.Passes, again.Passes);
+      least.Bytes = std::min(least.Bytes, again.Bytes);
+    }
+    costs.push_back(least);
   }
   EXPECT_LE(costs[1].Addressing, 1.2 * costs[0].Addressing);
-  // Every page level below the directory adds one block of 512 entries to each way to a brick: nine
-  // levels instead of one here, which few bricks don't outweigh. Printed above; what a brick costs
-  // beyond its chain must not grow.
-  EXPECT_LE(costs[1].Operations, 2.5 * costs[0].Operations);
+  EXPECT_LE(costs[1].Operations, 1.2 * costs[0].Operations);
+  EXPECT_LE(costs[1].Bytes, 1.2 * costs[0].Bytes);
   EXPECT_LE(costs[1].Passes, 1.2 * costs[0].Passes);
   EXPECT_LE(costs[1].Bricks, 1.2 * costs[0].Bricks);
 }
@@ -156,7 +183,10 @@ TEST(Contract5, BudgetsAreHard)
   constexpr std::uint64_t mebibyte = 1 << 20;
   std::uint64_t largestGPU = 0;
   std::uint64_t largestHost = 0;
-  std::uint64_t before = 0;
+  std::uint64_t residentBefore = 0;
+  std::uint64_t allocatedBefore = 0;
+  std::uint64_t usedBefore = 0;
+  double worst = 0;
   for (int step = 0; step < 14; ++step)
   {
     const std::uint64_t gpu = pick(10, 48) * mebibyte;
@@ -175,21 +205,69 @@ TEST(Contract5, BudgetsAreHard)
     EXPECT_LE(stage.Mapper->GetPeakGPUMemoryUsed(), largestGPU) << "step " << step;
     EXPECT_LE(stage.Mapper->GetHostMemoryUsed(), host) << "step " << step;
     EXPECT_EQ(stage.Mapper->CheckInvariants(), "") << "step " << step;
+    // A software renderer keeps textures in main memory; shader variants and the frame buffers of
+    // larger windows are the rest. Freed memory may stay with the process.
+    const std::uint64_t used = stage.Mapper->GetHostMemoryUsed() + stage.Mapper->GetGPUMemoryUsed();
     if (step == 0)
     {
-      before = ResidentBytes();
+      residentBefore = ResidentBytes();
+      allocatedBefore = AllocatedBytes();
+      usedBefore = used;
+      continue;
+    }
+    const auto grown = [&](std::uint64_t now, std::uint64_t before)
+    { return (static_cast<double>(now) - static_cast<double>(before)) / mebibyte; };
+    const double resident = grown(ResidentBytes(), residentBefore);
+    const double allocated = grown(AllocatedBytes(), allocatedBefore);
+    const double counted = grown(used, usedBefore);
+    worst = std::max(worst, allocated - counted);
+    if (residentBefore > 0)
+    {
+      EXPECT_LE(resident, grown(largestGPU + largestHost, 0) + 96) << "step " << step;
+    }
+    if (allocatedBefore > 0)
+    {
+      EXPECT_LE(allocated, counted + 64) << "step " << step << ": not all is counted";
+      EXPECT_GE(allocated, grown(stage.Mapper->GetHostMemoryUsed(), usedBefore) - 16)
+        << "step " << step << ": more is counted than there is";
     }
   }
-  const std::uint64_t after = ResidentBytes();
-  const double growth = static_cast<double>(after) - static_cast<double>(before);
-  std::printf("  main memory grew by %.1f MiB; budgets up to %.0f + %.0f MiB\n", growth / mebibyte,
-    static_cast<double>(largestGPU) / mebibyte, static_cast<double>(largestHost) / mebibyte);
-  // A software renderer keeps textures in main memory; shader variants and the frame buffers of
-  // larger windows are the rest.
-  if (before > 0)
-  {
-    EXPECT_LE(growth, static_cast<double>(largestGPU + largestHost + 96 * mebibyte));
-  }
+  std::printf(
+    "  allocated beyond what is counted: at most %.1f MiB since the first picture\n", worst);
+}
+
+// What arrives faster than it finds a place counts as well, and a budget that holds two bricks
+// draws the same picture.
+TEST(Contract5, TheLeastHostBudgetWorks)
+{
+  Stage stage(64, 64);
+  stage.SetSource(Blobs());
+  stage.SetTransfer(MakeTransfer(OpacityShape::Ramp));
+  stage.Look({ 0.3, 1, 0.2 }, 1);
+  const std::vector<float> reference = stage.Draw();
+  ASSERT_TRUE(stage.Mapper->IsConverged());
+  vtkNew<ErrorRecorder> recorder;
+  Stage poor(64, 64);
+  poor.SetSource(Blobs());
+  poor.SetTransfer(MakeTransfer(OpacityShape::Ramp));
+  poor.Look({ 0.3, 1, 0.2 }, 1);
+  recorder->Observe(poor.Mapper);
+  poor.Mapper->SetHostMemoryBudget(1000);
+  poor.Window->Render();
+  poor.Window->Render();
+  ASSERT_EQ(recorder->Errors.size(), 1u);
+  const std::string text = recorder->Errors[0];
+  EXPECT_NE(text.find("host memory budget of 1000"), std::string::npos) << text;
+  const std::size_t at = text.find("works here is ");
+  ASSERT_NE(at, std::string::npos) << text;
+  const std::uint64_t least = std::stoull(text.substr(at + 14));
+  poor.Mapper->SetHostMemoryBudget(least);
+  const std::vector<float> picture = poor.Draw();
+  EXPECT_EQ(recorder->Errors.size(), 1u) << recorder->Errors.back();
+  EXPECT_TRUE(poor.Mapper->IsConverged());
+  EXPECT_TRUE(AreImagesIdentical(picture, reference));
+  EXPECT_LE(poor.Mapper->GetHostMemoryUsed(), least);
+  EXPECT_LE(poor.Mapper->GetPeakHostMemoryUsed(), least);
 }
 
 TEST(Contract5, TooSmallABudgetIsOneClearError)
@@ -372,6 +450,37 @@ TEST_F(Contract6, FailedBricksAreReplacedAndReported)
   }
 }
 
+// All bricks can be read and are drawn, but nobody knows whether more should have been: neither
+// mode calls that complete.
+TEST_F(Contract6, FailedPageBlocksAreNeverComplete)
+{
+  const auto source = std::make_shared<RangelessSource>(this->Inner);
+  Stage stage(64, 64);
+  Set(stage, source);
+  vtkNew<ErrorRecorder> recorder;
+  recorder->Observe(stage.Mapper);
+  stage.Mapper->SetFrameTimeBudget(1e3);
+  for (int frame = 0; frame < 500 && stage.Mapper->GetNumberOfMissingBricks() + (frame < 50) > 0;
+       ++frame)
+  {
+    stage.Draw();
+    EXPECT_FALSE(stage.Mapper->IsConverged()) << "frame " << frame;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  EXPECT_EQ(stage.Mapper->GetNumberOfMissingBricks(), 0);
+  EXPECT_EQ(stage.Mapper->GetNumberOfFailedBricks(), 0u);
+  EXPECT_GT(stage.Mapper->GetNumberOfFailedPageBlocks(), 0u);
+  EXPECT_EQ(recorder->Errors.size(), 1u);
+  const auto began = std::chrono::steady_clock::now();
+  EXPECT_FALSE(stage.Mapper->Converge(stage.Window, 600));
+  EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(300)) << "it gives up";
+  source->Readable = true;
+  stage.Mapper->RetryFailedBricks();
+  EXPECT_TRUE(stage.Mapper->Converge(stage.Window, 600));
+  EXPECT_EQ(stage.Mapper->GetNumberOfFailedPageBlocks(), 0u);
+  EXPECT_TRUE(AreImagesIdentical(stage.Draw(), this->Reference));
+}
+
 // Ranges that can't be read: named as what they are, and asked for again like bricks.
 TEST_F(Contract6, FailedPageBlocks)
 {
@@ -391,10 +500,12 @@ TEST_F(Contract6, FailedPageBlocks)
   EXPECT_FALSE(stage.Mapper->IsConverged());
   EXPECT_EQ(this->Holes(picture), 0);
   EXPECT_EQ(recorder->Errors.size(), 1u);
+  EXPECT_GT(stage.Mapper->GetNumberOfFailedPageBlocks(), 0u);
   *broken = false;
   stage.Mapper->RetryFailedBricks();
   const std::vector<float> mended = stage.Draw();
   EXPECT_TRUE(stage.Mapper->IsConverged());
+  EXPECT_EQ(stage.Mapper->GetNumberOfFailedPageBlocks(), 0u);
   EXPECT_TRUE(AreImagesIdentical(mended, this->Reference))
     << CountDifferentBits(mended, this->Reference) << " channels differ";
 }

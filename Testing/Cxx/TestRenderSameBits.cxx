@@ -313,7 +313,7 @@ TEST(Contract2, PagePoolSmallerThanTheView)
     Stage stage(Size, Size);
     stage.SetSource(source);
     stage.SetTransfer(MakeTransfer(OpacityShape::Wall));
-    stage.Look({ 0.3, 1, 0.2 }, 0.2, true);
+    stage.Look({ 0.3, 1, 0.2 }, 0.6, true);
     stage.Mapper->SetMaximumLevel(0);
     stage.Mapper->SetMaximumNumberOfSlots(slots);
     const std::vector<float> picture = stage.Draw();
@@ -325,6 +325,7 @@ TEST(Contract2, PagePoolSmallerThanTheView)
       continue;
     }
     EXPECT_GT(stage.Mapper->GetNumberOfEvictions(), 0u);
+    EXPECT_GT(stage.Mapper->GetNumberOfPageBlockEvictions(), 0u);
     EXPECT_TRUE(AreImagesIdentical(picture, reference))
       << CountDifferentBits(picture, reference) << " channels differ";
   }

@@ -1,9 +1,12 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ArrayBrickSource.h"
+#include "ProcessMemory.h"
 #include "SourceChecks.h"
 
+#include <atomic>
 #include <gtest/gtest.h>
+#include <set>
 #include <thread>
 
 namespace teravox
@@ -179,6 +182,143 @@ TEST(ArrayBrickSource, ManyThreadsBuildEachLevelOnce)
   }
   EXPECT_GT(source->MemoryUsed(), voxels);
   EXPECT_LT(source->MemoryUsed(), voxels + volume.Voxels.size());
+}
+
+// Contract 5: levels that don't fit are computed brick by brick, with the same bits.
+TEST(ArrayBrickSource, AnyBudgetGivesTheSameBricks)
+{
+  const auto check = [](const auto& volume, bool labels)
+  {
+    ArrayDescription array = Describe(volume, 8);
+    array.Labels = labels;
+    const auto source = ArrayBrickSource::Make(array).Value();
+    const auto levels = test::Pyramid(
+      volume, source->Info().Layout, labels ? Downsampling::Mode : Downsampling::Average);
+    const auto count = static_cast<int>(levels.size());
+    ASSERT_GE(count, 4);
+    std::uint64_t all = source->LeastMemory();
+    for (const auto& level : levels)
+    {
+      all += level.Voxels.size() * sizeof(level.Voxels[0]);
+    }
+    std::set<int> kept;
+    // Up and down: what was kept goes, and comes back.
+    for (const double share : { 1.0, 0.0, 0.1, 0.3, 0.02, 0.0, 0.6, 1.0, 0.05 })
+    {
+      const std::uint64_t budget = source->LeastMemory() +
+        static_cast<std::uint64_t>(share * static_cast<double>(all - source->LeastMemory()));
+      source->SetMemoryBudget(budget);
+      kept.insert(source->FirstKeptLevel());
+      for (int l = count - 1; l >= 0; --l)
+      {
+        test::ExpectBricks(*source, l, levels[static_cast<std::size_t>(l)]);
+        ASSERT_LE(source->MemoryUsed(), budget);
+        test::ExpectRanges(*source, l, levels[static_cast<std::size_t>(l)]);
+        ASSERT_LE(source->MemoryUsed(), budget);
+      }
+    }
+    EXPECT_GE(kept.size(), 3u) << "budgets in between keep some of the levels";
+    EXPECT_EQ(*kept.begin(), 1);
+  };
+  check(test::RandomVolume<std::uint16_t>({ 130, 70, 90 }, 1, 21), false);
+  check(test::RandomVolume<float>({ 100, 90, 110 }, 1, 22), false);
+  check(test::RandomVolume<std::uint8_t>({ 131, 71, 89 }, 1, 23), true);
+}
+
+TEST(ArrayBrickSource, TooSmallABudgetNamesTheLeastThatWorks)
+{
+  const auto volume = test::RandomVolume<std::uint8_t>({ 90, 80, 70 }, 1, 24);
+  const auto source = ArrayBrickSource::Make(Describe(volume, 8)).Value();
+  const std::uint64_t least = source->LeastMemory();
+  EXPECT_GT(least, 0u);
+  EXPECT_TRUE(source->ReadRanges({}, { 1, 1, 1 }).Ok());
+  source->SetMemoryBudget(least - 1);
+  EXPECT_EQ(source->MemoryUsed(), 0u) << "what was made goes at once";
+  const auto refused = [&](const Status& status)
+  {
+    EXPECT_EQ(status.Code(), StatusCode::ResourceExhausted);
+    EXPECT_NE(status.Message().find(std::to_string(least)), std::string::npos) << status.Message();
+  };
+  refused(source->ReadBrick({}).GetStatus());
+  refused(source->ReadRanges({}, { 1, 1, 1 }).GetStatus());
+  source->SetMemoryBudget(least);
+  EXPECT_TRUE(source->ReadBrick({}).Ok());
+  EXPECT_TRUE(source->ReadRanges({}, { 1, 1, 1 }).Ok());
+  EXPECT_LE(source->MemoryUsed(), least);
+}
+
+// The counter is the truth: what the allocator has given out grows and shrinks with it.
+TEST(ArrayBrickSource, MemoryUsedIsWhatIsAllocated)
+{
+  const auto volume = test::RandomVolume<std::uint16_t>({ 200, 180, 160 }, 1, 26);
+  const auto source = ArrayBrickSource::Make(Describe(volume, 16)).Value();
+  const auto readAll = [&](std::uint64_t budget)
+  {
+    source->SetMemoryBudget(budget);
+    for (int l = source->Info().Layout.NumberOfLevels() - 1; l >= 0; --l)
+    {
+      BrickKey key;
+      key.Level = static_cast<std::uint8_t>(l);
+      EXPECT_TRUE(source->ReadBrick(key).Ok());
+      EXPECT_TRUE(source->ReadRanges(key, { 1, 1, 1 }).Ok());
+    }
+  };
+  readAll(source->LeastMemory()); // OpenMP's own memory is there from now on
+  source->SetMemoryBudget(0);
+  ASSERT_EQ(source->MemoryUsed(), 0u);
+  const std::uint64_t before = test::AllocatedBytes();
+  if (before == 0)
+  {
+    GTEST_SKIP() << "the allocator doesn't tell what it has given out";
+  }
+  const std::uint64_t least = source->LeastMemory();
+  for (const std::uint64_t budget : { least, least + 200000, std::uint64_t{ 1 } << 30, least })
+  {
+    readAll(budget);
+    const auto counted = static_cast<double>(source->MemoryUsed());
+    const auto allocated =
+      static_cast<double>(test::AllocatedBytes()) - static_cast<double>(before);
+    EXPECT_LE(source->MemoryUsed(), budget);
+    // Room for pieces is counted as a whole when a thread asks for it.
+    EXPECT_LE(allocated, counted + 65536) << "budget " << budget;
+    EXPECT_GE(allocated, 0.5 * counted) << "budget " << budget;
+  }
+}
+
+TEST(ArrayBrickSource, ManyThreadsAndAChangingBudget)
+{
+  const auto volume = test::RandomVolume<std::uint8_t>({ 60, 50, 40 }, 1, 25);
+  const auto source = ArrayBrickSource::Make(Describe(volume, 8)).Value();
+  const auto levels = test::Pyramid(volume, source->Info().Layout, Downsampling::Average);
+  std::atomic<bool> stop{ false };
+  std::thread changes(
+    [&]
+    {
+      for (std::uint64_t i = 0; !stop; ++i)
+      {
+        source->SetMemoryBudget(source->LeastMemory() + (i % 3) * 20000);
+        std::this_thread::yield();
+      }
+    });
+  std::vector<std::thread> readers;
+  for (int t = 0; t < 3; ++t)
+  {
+    readers.emplace_back(
+      [&]
+      {
+        for (std::size_t l = 0; l < levels.size(); ++l)
+        {
+          test::ExpectBricks(*source, static_cast<int>(l), levels[l]);
+          test::ExpectRanges(*source, static_cast<int>(l), levels[l]);
+        }
+      });
+  }
+  for (std::thread& reader : readers)
+  {
+    reader.join();
+  }
+  stop = true;
+  changes.join();
 }
 
 TEST(ArrayBrickSource, RangeOfAllVoxels)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "Status.h"
+#include "TexelFormat.h"
 #include "Types.h"
 
 #include <array>
@@ -22,6 +23,7 @@ struct VolumeOptions
   std::string Dataset;
   Int3 Dimensions{ 256, 256, 256 }; ///< of a formula
   std::string Type = "u8";          ///< of a formula
+  int BrickSize = 64;               ///< of what is drawn, whatever the chunks of a file
   Int3 Repeat{ 1, 1, 1 };
   Int3 Pitch{ 0, 0, 0 }; ///< voxels from copy to copy; 0: the size of the volume
 };
@@ -57,6 +59,11 @@ struct PlanOptions
   int Components = 1;
   int BrickSize = 64;
   std::uint64_t GPUMemory = std::uint64_t{ 1 } << 30;
+  /// What the plan assumes of the picture and of the driver: by default what `render` draws, and
+  /// Mesa's software renderer. `render --stats` tells what another driver does.
+  std::array<int, 2> Size{ 800, 600 };
+  FilterProbe Filters{ false, true, true };
+  int TextureSize = 2048;
   bool Json = false;
 };
 Status RunPlan(const PlanOptions& options);

@@ -136,6 +136,28 @@ Run AddPlan(CLI::App& app)
   command->add_option("--spacing", options->Spacing, "Edge lengths of a voxel; default 1 1 1");
   command->add_option("--brick", options->BrickSize, "Inner edge of a brick in voxels; default 64");
   AddBytes(command, "--gpu", options->GPUMemory, "GPU memory; default 1G");
+  command->add_option("--size", options->Size, "Picture that is drawn, pixels; default 800 600")
+    ->check(CLI::Range(1, 16384));
+  command
+    ->add_option_function<std::string>(
+      "--exact-filters",
+      [options](const std::string& text)
+      {
+        const auto filters = FilterProbe::FromString(text);
+        if (!filters)
+        {
+          throw CLI::ValidationError(
+            "--exact-filters", "'" + text + "' is neither none nor a list of r8, r16, r32f");
+        }
+        options->Filters = *filters;
+      },
+      "Texel formats that the driver filters exactly, or none, as render --stats tells; default "
+      "r16,r32f (Mesa's software renderer)")
+    ->type_name("LIST");
+  command
+    ->add_option("--texture-size", options->TextureSize,
+      "Largest edge of a 3-D texture in texels; default 2048")
+    ->check(CLI::Range(64, 1 << 20));
   command->add_flag("--json", options->Json, "Print JSON");
   return [options] { return RunPlan(*options); };
 }
@@ -151,6 +173,8 @@ void AddVolume(CLI::App* command, VolumeOptions& volume)
   command->add_option(
     "--dimensions", volume.Dimensions, "Voxels of a formula; default 256 256 256");
   command->add_option("--type", volume.Type, "Scalar type of a formula; default u8");
+  command->add_option("--brick", volume.BrickSize, "Inner edge of a brick in voxels; default 64")
+    ->check(CLI::Range(2, 1024));
   command->add_option("--repeat", volume.Repeat, "Copies along each axis; default 1 1 1");
   command->add_option(
     "--pitch", volume.Pitch, "Voxels from copy to copy; default the size of the volume");

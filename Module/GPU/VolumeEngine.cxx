@@ -92,17 +92,14 @@ void VolumeEngine::PrepareLoader()
 
 std::uint64_t VolumeEngine::FixedBytes(const ViewState* except, int width, int height) const
 {
-  std::uint64_t bytes =
-    ViewState::BytesFor(width, height) + sizeof(MarchParameters) + this->Transfer.SizeInBytes();
-  bytes += 16; // the least that the table of slots takes, where the plan needs none
-  const std::uint64_t tiles = 12 * ((static_cast<std::uint64_t>(width) + 31) / 32) *
-    ((static_cast<std::uint64_t>(height) + 31) / 32);
-  bytes += tiles;
+  // 16: the least that the table of slots takes, where the plan needs none.
+  const std::uint64_t tables = sizeof(MarchParameters) + this->Transfer.SizeInBytes() + 16;
+  std::uint64_t bytes = PictureBytes(width, height) + std::max(tables, TableBytesReserved);
   for (const auto& view : this->Views)
   {
     if (view.second.get() != except)
     {
-      bytes += ViewState::BytesFor(view.second->Width(), view.second->Height()) + tiles;
+      bytes += PictureBytes(view.second->Width(), view.second->Height());
     }
   }
   return bytes;
@@ -113,26 +110,24 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
   const VolumeInfo& info = this->Source_->Info();
   const VoxelFormat format = VoxelFormat::Choose(info.Type, this->Marcher->Probe());
   const auto view = this->Views.find(request.View);
-  AtlasRequest wanted;
+  AtlasRequest wanted =
+    AtlasRequest::For(format, info.Components, request.Camera.Width, request.Camera.Height);
   wanted.BudgetBytes = this->Settings.GPUMemoryBudget;
   wanted.ReservedBytes = this->FixedBytes(view == this->Views.end() ? nullptr : view->second.get(),
     request.Camera.Width, request.Camera.Height);
-  wanted.BytesPerTexel = format.BytesPerTexel;
-  wanted.PowerOfTwo = format.DriverFilter;
-  wanted.SlotTable = format.Relative;
   wanted.MaximumSlots = this->Settings.MaximumSlots;
   GLint largest = 0;
   glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &largest);
   wanted.MaximumTextureSize = largest;
   const bool fits = this->Atlas && this->Plan_.Slots != 0 &&
-    wanted.BudgetBytes == this->PlannedFor.BudgetBytes &&
-    wanted.MaximumSlots == this->PlannedFor.MaximumSlots &&
+    wanted.BudgetBytes == this->PlannedFor_.BudgetBytes &&
+    wanted.MaximumSlots == this->PlannedFor_.MaximumSlots &&
     this->Plan_.TotalBytes() + wanted.ReservedBytes <= wanted.BudgetBytes;
   if (fits)
   {
     return {};
   }
-  const Result<AtlasPlan> plan = PlanAtlas(info.Layout, wanted);
+  Result<AtlasPlan> plan = PlanAtlas(info.Layout, wanted);
   if (!plan)
   {
     return plan.GetStatus();

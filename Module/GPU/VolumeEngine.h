@@ -113,6 +113,10 @@ public:
   std::uint64_t HostMemoryUsed() const;
   std::uint64_t AddressingBytes() const;
   const AtlasPlan& Plan() const { return this->Plan_; }
+  /// What that plan was made for; all zero before the first frame.
+  const AtlasRequest& PlannedFor() const { return this->PlannedFor_; }
+  /// Texel formats that this driver filters exactly; none before the first frame.
+  FilterProbe Filters() const { return this->Marcher ? this->Marcher->Probe() : FilterProbe(); }
   std::uint32_t SlotsInUse() const { return this->Residency_ ? this->Residency_->SlotsInUse() : 0; }
   std::uint64_t Evictions() const
   {
@@ -140,7 +144,7 @@ private:
   std::shared_ptr<BrickCache> Cache;
   std::unique_ptr<BrickLoader> Loader;
   AtlasPlan Plan_;
-  AtlasRequest PlannedFor;
+  AtlasRequest PlannedFor_;
   std::unique_ptr<PageTable> Table;
   std::unique_ptr<Residency> Residency_;
   std::unique_ptr<RayMarcher> Marcher;

@@ -16,38 +16,38 @@ namespace teravox
 VoxelFormat VoxelFormat::Choose(ScalarType type, const FilterProbe& probe)
 {
   VoxelFormat format;
+  static_cast<TexelFormat&>(format) = TexelFormat::Choose(type, probe);
+  switch (format.BytesPerTexel)
+  {
+    case 1:
+      format.InternalFormat = GL_R8;
+      format.DataType = GL_UNSIGNED_BYTE;
+      format.CellFormat = GL_RG8;
+      break;
+    case 2:
+      format.InternalFormat = GL_R16;
+      format.DataType = GL_UNSIGNED_SHORT;
+      format.CellFormat = GL_RG16;
+      break;
+    default:
+      format.InternalFormat = GL_R32F;
+      format.DataType = GL_FLOAT;
+      format.CellFormat = GL_RG32F;
+      break;
+  }
   switch (type)
   {
     case ScalarType::UInt8:
     case ScalarType::Int8:
       format.Scale = 255;
       format.Offset = type == ScalarType::Int8 ? -128 : 0;
-      format.DriverFilter = probe.R8 || probe.R16;
-      if (probe.R8 || !probe.R16)
-      {
-        format.InternalFormat = GL_R8;
-        format.DataType = GL_UNSIGNED_BYTE;
-        format.BytesPerTexel = 1;
-        format.CellFormat = GL_RG8;
-      }
       break;
     case ScalarType::UInt16:
     case ScalarType::Int16:
       format.Scale = 65535;
       format.Offset = type == ScalarType::Int16 ? -32768 : 0;
-      format.DriverFilter = probe.R16;
       break;
-    case ScalarType::UInt32:
-    case ScalarType::Int32:
-    case ScalarType::Float32:
-    case ScalarType::Float64:
     default:
-      format.InternalFormat = GL_R32F;
-      format.DataType = GL_FLOAT;
-      format.BytesPerTexel = 4;
-      format.CellFormat = GL_RG32F;
-      format.DriverFilter = probe.R32F;
-      format.Relative = type != ScalarType::Float32;
       break;
   }
   return format;

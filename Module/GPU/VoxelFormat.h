@@ -4,6 +4,7 @@
 
 #include "BrickSource.h"
 #include "GLApi.h"
+#include "TexelFormat.h"
 
 #include <cstdint>
 #include <vector>
@@ -11,30 +12,18 @@
 namespace teravox
 {
 
-/// How linear filtering of this driver was found to behave, per texture format.
-struct FilterProbe
-{
-  bool R8 = false; ///< exact, and the same at every place of the texture
-  bool R16 = false;
-  bool R32F = false;
-};
-
 /// How voxels of a scalar type lie in the atlas: data value = Scale * texel + Offset, or for wide
 /// types (u32, i32, f64) relative to the brick, with offset and scale per slot. Thread: immutable
 /// value.
-struct VoxelFormat
+struct VoxelFormat : TexelFormat
 {
   GLenum InternalFormat = GL_R16;
   GLenum DataType = GL_UNSIGNED_SHORT; ///< of the uploaded texels
   GLenum CellFormat = GL_RG16;         ///< of two texel values, least and largest
-  std::uint32_t BytesPerTexel = 2;
-  bool DriverFilter = false;
-  bool Relative = false; ///< needs the slot table
   double Scale = 1;
   double Offset = 0;
 
-  /// The cheapest format whose filtering is exact: 8-bit data go into 16-bit texels where the
-  /// driver filters those exactly and 8-bit ones not; else eight fetches per sample.
+  /// TexelFormat::Choose() in OpenGL's words.
   static VoxelFormat Choose(ScalarType type, const FilterProbe& probe);
 };
 

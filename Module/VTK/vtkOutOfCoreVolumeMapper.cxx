@@ -945,6 +945,17 @@ vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetAddressingMemoryUsed()
   return this->Internals->Engine.AddressingBytes();
 }
 
+std::string vtkOutOfCoreVolumeMapper::GetExactFilters()
+{
+  return this->Internals->Engine.Filters().ToString();
+}
+
+int vtkOutOfCoreVolumeMapper::GetMaximumTextureSize()
+{
+  const teravox::VolumeEngine& engine = this->Internals->Engine;
+  return engine.Plan().Slots != 0 ? static_cast<int>(engine.PlannedFor().MaximumTextureSize) : 0;
+}
+
 double vtkOutOfCoreVolumeMapper::GetTimeToFirstPicture()
 {
   return this->Internals->FirstPicture;

@@ -205,6 +205,13 @@ public:
   vtkTypeUInt64 GetPeakGPUMemoryUsed();
   vtkTypeUInt64 GetHostMemoryUsed();
   vtkTypeUInt64 GetAddressingMemoryUsed();
+  /**
+   * What the driver can do, as `teravox plan` takes it: the texel formats whose linear filter it
+   * computes exactly ("r8,r16,r32f", what of it is; or "none"), and the largest edge of a 3-D
+   * texture in texels. "none" and 0 before the first frame.
+   */
+  std::string GetExactFilters();
+  int GetMaximumTextureSize();
   /** Seconds from the first Render() after a new source to the first complete picture. */
   double GetTimeToFirstPicture();
   double GetTimeToConverged();

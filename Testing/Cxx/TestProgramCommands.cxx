@@ -3,11 +3,13 @@
 #include "ProgramRunner.h"
 #include "VTKTestSupport.h"
 
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 #include <vtkImageData.h>
 #include <vtkMetaImageWriter.h>
 #include <vtkNIFTIImageWriter.h>
@@ -81,7 +83,9 @@ TEST(ProgramUsage, WrongUsageIsOneSentenceAndExitCodeTwo)
   ExpectFailure(RunProgram({ "plan", "10", "10" }), 2, "nz");
   ExpectFailure(RunProgram({ "plan", "10", "10", "ten" }), 2, "ten");
   ExpectFailure(RunProgram({ "plan", "10", "10", "10", "--type", "u64" }), 2, "u64");
+  ExpectFailure(RunProgram({ "plan", "10", "10", "10", "--exact-filters", "r12" }), 2, "r12");
   ExpectFailure(RunProgram({ "render", "a.h5", "b.png", "--size", "0", "5" }), 2, "0");
+  ExpectFailure(RunProgram({ "render", "a.h5", "b.png", "--brick", "1" }), 2, "1");
   ExpectFailure(RunProgram({ "render", "a.h5", "b.png", "--gpu-memory", "-3" }), 2, "-3");
 }
 
@@ -266,6 +270,49 @@ TEST(ProgramPlan, CountsBricksAsThePublishedTable)
   EXPECT_LE(json["addressing_bytes"].get<double>(), 2e6);
   EXPECT_LE(json["total_bytes"].get<double>(), 4294967296.0);
   EXPECT_GT(json["total_bytes"].get<double>(), 1e9);
+}
+
+/// A plan of the mouse brain, with these options more.
+nlohmann::json PlanOf(const std::vector<std::string>& more)
+{
+  std::vector<std::string> arguments{ "plan", "64000", "50000", "114", "--brick", "32", "--gpu",
+    "4G", "--json" };
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  const Outcome outcome = RunProgram(arguments);
+  EXPECT_EQ(outcome.ExitCode, 0) << outcome.Error;
+  return outcome.ExitCode == 0 ? nlohmann::json::parse(outcome.Output) : nlohmann::json();
+}
+
+TEST(ProgramPlan, StatesWhatItAssumesOfTheDriver)
+{
+  const auto usual = PlanOf({ "--type", "u8" });
+  EXPECT_EQ(usual["assumed"]["exact_filters"], "r16,r32f");
+  EXPECT_EQ(usual["assumed"]["size"], nlohmann::json({ 800, 600 }));
+  EXPECT_EQ(usual["bytes_per_texel"], 2); // where 16 bits are filtered exactly and 8 not
+  EXPECT_EQ(PlanOf({ "--type", "u8", "--exact-filters", "none" })["bytes_per_texel"], 1);
+  EXPECT_EQ(PlanOf({ "--type", "u8", "--exact-filters", "r8" })["bytes_per_texel"], 1);
+  EXPECT_GT(PlanOf({ "--type", "u8", "--size", "8000", "6000" })["reserved_bytes"],
+    usual["reserved_bytes"]);
+  // RGBA of 8 bits and floats are both 4 bytes: the same atlas, the same addressing.
+  for (const char* filters : { "none", "r8,r16,r32f" })
+  {
+    const auto colors = PlanOf({ "--type", "rgba8", "--exact-filters", filters });
+    const auto floats = PlanOf({ "--type", "f32", "--exact-filters", filters });
+    EXPECT_EQ(colors["bytes_per_texel"], 4) << filters;
+    EXPECT_EQ(floats["bytes_per_texel"], 4) << filters;
+    EXPECT_EQ(colors["atlas_slots"], floats["atlas_slots"]) << filters;
+    EXPECT_EQ(colors["addressing_bytes"], floats["addressing_bytes"]) << filters;
+  }
+  for (const char* filters : { "none", "r8", "r16", "r32f", "r16,r32f", "r8,r16,r32f" })
+  {
+    const auto colors = PlanOf({ "--type", "rgba8", "--exact-filters", filters });
+    EXPECT_LE(colors["addressing_bytes"].get<double>(), 2e6) << filters;
+    std::printf("  exact filters %s: %llu slots, %llu bytes of addressing\n", filters,
+      colors["atlas_slots"].get<unsigned long long>(),
+      colors["addressing_bytes"].get<unsigned long long>());
+  }
+  const Outcome text = RunProgram({ "plan", "1000", "1000", "1000" });
+  EXPECT_NE(text.Output.find("Assumed"), std::string::npos) << text.Output;
 }
 
 TEST(ProgramPlan, ImpossibleVolumesAreErrors)

@@ -7,6 +7,7 @@
 #include "ProgramRunner.h"
 #include "VTKTestSupport.h"
 
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -170,6 +171,40 @@ TEST_F(ProgramPictures, BudgetTooSmallNamesTheLeastThatWorks)
   EXPECT_EQ(outcome.ExitCode, 1);
   EXPECT_NE(outcome.Error.find("least"), std::string::npos) << outcome.Error;
   EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+// Sarton's mouse brain, in an atlas that a software renderer can hold: `plan` tells what the mapper
+// then allocates, to the byte.
+TEST_F(ProgramPictures, PlansWhatIsAllocated)
+{
+  const std::string out = FreshFileName("planned.png");
+  const std::string stats = FreshFileName("planned.json");
+  const std::vector<std::string> volume{ "64000", "50000", "114", "--brick", "32", "--size", "64",
+    "48" };
+  for (const char* type : { "u8", "u16", "f32", "f64" })
+  {
+    std::vector<std::string> render{ "render", "formula:shells", out, "--type", type,
+      "--gpu-memory", "100M", "--stats", stats, "--dimensions" };
+    render.insert(render.end(), volume.begin(), volume.end());
+    const Outcome drawn = RunProgram(render);
+    ASSERT_EQ(drawn.ExitCode, 0) << drawn.Error;
+    const auto json = nlohmann::json::parse(std::ifstream(stats));
+    std::vector<std::string> plan{ "plan", "--type", type, "--gpu", "100M", "--exact-filters",
+      json["exact_filters"], "--texture-size", std::to_string(json["texture_size"].get<int>()),
+      "--json" };
+    plan.insert(plan.end(), volume.begin(), volume.end());
+    const Outcome planned = RunProgram(plan);
+    ASSERT_EQ(planned.ExitCode, 0) << planned.Error;
+    const auto told = nlohmann::json::parse(planned.Output);
+    EXPECT_EQ(told["addressing_bytes"], json["addressing_memory_used"]) << type;
+    EXPECT_EQ(told["atlas_slots"], json["atlas_slots"]) << type;
+    EXPECT_GE(told["total_bytes"], json["gpu_memory_used"]) << type;
+    EXPECT_LE(told["total_bytes"].get<double>(), 1.02 * json["gpu_memory_used"].get<double>())
+      << type;
+    std::printf("  %s: %llu slots, %llu bytes of addressing\n", type,
+      told["atlas_slots"].get<unsigned long long>(),
+      told["addressing_bytes"].get<unsigned long long>());
+  }
 }
 
 TEST_F(ProgramPictures, OldOpenGLIsOneClearError)

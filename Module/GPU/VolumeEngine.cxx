@@ -140,15 +140,24 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
   }
   this->Atlas.reset();
   this->Residency_.reset();
-  this->Plan_ = plan.Value();
-  this->PlannedFor = wanted;
-  Result<std::unique_ptr<BrickAtlas>> atlas =
-    BrickAtlas::Make(this->Memory_, this->Plan_, format, info.Layout.StoredSize());
-  if (!atlas)
+  this->Plan_ = {};
+  this->PlannedFor_ = wanted;
+  const auto make = [&]
+  { return BrickAtlas::Make(this->Memory_, plan.Value(), format, info.Layout.StoredSize()); };
+  Result<std::unique_ptr<BrickAtlas>> atlas = make();
+  // A budget is a limit, not a promise of the driver: some bound the size of one texture.
+  for (std::uint64_t budget = wanted.BudgetBytes / 2; !atlas; budget /= 2)
   {
-    this->Plan_ = {};
-    return atlas.GetStatus();
+    AtlasRequest smaller = wanted;
+    smaller.BudgetBytes = budget;
+    plan = PlanAtlas(info.Layout, smaller);
+    if (!plan)
+    {
+      return atlas.GetStatus();
+    }
+    atlas = make();
   }
+  this->Plan_ = plan.Value();
   this->Atlas = std::move(atlas.Value());
   this->Table = std::make_unique<PageTable>(info.Layout, this->Plan_.PageBlocks);
   this->Residency_ = std::make_unique<Residency>(*this->Table, this->Plan_.Slots);

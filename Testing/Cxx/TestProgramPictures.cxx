@@ -207,6 +207,25 @@ TEST_F(ProgramPictures, PlansWhatIsAllocated)
   }
 }
 
+// The default of a large machine, a quarter of its memory, is more than some drivers give to one
+// texture: the atlas is then what they give.
+TEST_F(ProgramPictures, BudgetBeyondTheDriverIsNoError)
+{
+  RunOptions options;
+  options.AddressSpaceLimit = std::uint64_t{ 1500 } << 20;
+  const std::string out = FreshFileName("beyond.png");
+  const std::string stats = FreshFileName("beyond.json");
+  const Outcome outcome = RunProgram(
+    { "render", "formula:sponge", out, "--dimensions", "1073741824", "1073741824", "1073741824",
+      "--gpu-memory", "8G", "--host-memory", "64M", "--size", "64", "48", "--stats", stats },
+    options);
+  ASSERT_EQ(outcome.ExitCode, 0) << outcome.Error;
+  const auto json = nlohmann::json::parse(std::ifstream(stats));
+  EXPECT_TRUE(json["converged"]);
+  EXPECT_LE(json["gpu_memory_peak"].get<std::uint64_t>(), options.AddressSpaceLimit);
+  EXPECT_GE(json["gpu_memory_used"].get<std::uint64_t>(), options.AddressSpaceLimit / 32);
+}
+
 TEST_F(ProgramPictures, OldOpenGLIsOneClearError)
 {
   RunOptions options;

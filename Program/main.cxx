@@ -232,11 +232,8 @@ Run AddRender(CLI::App& app)
   return [options] { return RunRender(*options); };
 }
 
-Run AddBench(CLI::App& app)
+void AddFrameOptions(CLI::App* command, const std::shared_ptr<BenchOptions>& options)
 {
-  auto options = std::make_shared<BenchOptions>();
-  CLI::App* command =
-    app.add_subcommand("bench", "Compare frame times with VTK's GPU and fixed-point mappers");
   command
     ->add_option("--volumes", options->Sizes, "Voxels per axis of the volumes; default 256 512")
     ->check(CLI::Range(16, 2048));
@@ -246,7 +243,46 @@ Run AddBench(CLI::App& app)
     ->check(CLI::Range(1, 1000));
   command->add_flag("--json", options->Json, "Print JSON");
   command->add_option("--only", options->Only)->group(""); // what the program calls itself with
-  return [options] { return RunBench(*options); };
+}
+
+Run AddScale(CLI::App* bench)
+{
+  auto options = std::make_shared<ScaleOptions>();
+  CLI::App* command = bench->add_subcommand("scale",
+    "The cost of one picture of volumes of all sizes, as formulas and as sparse files; the last "
+    "line of each group is the largest by the smallest");
+  command
+    ->add_option("--volumes", options->Volumes,
+      "Voxels per axis of the formulas; default 512 4096 32768 1048576 1073741824")
+    ->check(CLI::Range(std::int64_t{ 16 }, (std::int64_t{ 1 } << 31) - 1));
+  command
+    ->add_option("--files", options->Files,
+      "Voxels (16 bits) per axis of the files, multiples of 128; default 512 4096 8192 (1 TiB)")
+    ->check(CLI::Range(std::int64_t{ 128 }, std::int64_t{ 8192 }));
+  command->add_option("--size", options->Size, "Width and height in pixels; default 512 512")
+    ->check(CLI::Range(16, 4096));
+  command->add_option("--frames", options->Frames, "Frames after the first one; default 5")
+    ->check(CLI::Range(1, 1000));
+  AddBytes(command, "--gpu-memory", options->GPUMemory, "GPU memory to use; default 256M");
+  AddBytes(command, "--host-memory", options->HostMemory, "Main memory to use; default 512M");
+  command->add_flag("--json", options->Json, "Print JSON");
+  command->add_option("--only", options->Only)->group("");
+  return [options] { return RunBenchScale(*options); };
+}
+
+Run AddBench(CLI::App& app)
+{
+  auto options = std::make_shared<BenchOptions>();
+  CLI::App* command = app.add_subcommand(
+    "bench", "Frame times beside VTK's mappers (frame, the default), or costs by size (scale)");
+  command->require_subcommand(0, 1);
+  AddFrameOptions(command, options);
+  CLI::App* frame =
+    command->add_subcommand("frame", "Compare frame times with VTK's GPU and fixed-point mappers");
+  AddFrameOptions(frame, options);
+  const Run scale = AddScale(command);
+  return [command, options, scale]
+  { return command->got_subcommand("scale") ? scale() : RunBench(*options); };
 }
 
 /// The first line of a parser's message, as a sentence.

@@ -84,6 +84,8 @@ TEST(ProgramUsage, WrongUsageIsOneSentenceAndExitCodeTwo)
   ExpectFailure(RunProgram({ "plan", "10", "10", "ten" }), 2, "ten");
   ExpectFailure(RunProgram({ "plan", "10", "10", "10", "--type", "u64" }), 2, "u64");
   ExpectFailure(RunProgram({ "plan", "10", "10", "10", "--exact-filters", "r12" }), 2, "r12");
+  ExpectFailure(RunProgram({ "bench", "fly" }), 2, "fly");
+  ExpectFailure(RunProgram({ "bench", "scale", "--files", "64" }), 2, "64");
   ExpectFailure(RunProgram({ "render", "a.h5", "b.png", "--size", "0", "5" }), 2, "0");
   ExpectFailure(RunProgram({ "render", "a.h5", "b.png", "--brick", "1" }), 2, "1");
   ExpectFailure(RunProgram({ "render", "a.h5", "b.png", "--gpu-memory", "-3" }), 2, "-3");
@@ -97,6 +99,12 @@ TEST(ProgramUsage, HelpAndVersionSucceed)
     EXPECT_EQ(outcome.ExitCode, 0);
     EXPECT_NE(outcome.Output.find("Usage"), std::string::npos);
     EXPECT_EQ(outcome.Error, "");
+  }
+  for (const char* bench : { "frame", "scale" })
+  {
+    const Outcome outcome = RunProgram({ "bench", bench, "--help" });
+    EXPECT_EQ(outcome.ExitCode, 0);
+    EXPECT_NE(outcome.Output.find("--volumes"), std::string::npos) << outcome.Output;
   }
   EXPECT_EQ(RunProgram({ "--version" }).Output.compare(0, 8, "teravox "), 0);
 }
@@ -343,6 +351,8 @@ TEST(ProgramRender, BadInputIsOneSentenceAndExitCodeOne)
   ExpectFailure(RunProgram({ "render", "formula:shells", out }, OnDisplay("")), 1, "display");
   ExpectFailure(RunProgram({ "render", "formula:shells", out }, OnDisplay(":987")), 1, ":987");
   ExpectFailure(RunProgram({ "bench" }, OnDisplay("")), 1, "display");
+  ExpectFailure(RunProgram({ "bench", "frame" }, OnDisplay("")), 1, "display");
+  ExpectFailure(RunProgram({ "bench", "scale" }, OnDisplay("")), 1, "display");
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 

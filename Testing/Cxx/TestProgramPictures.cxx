@@ -207,6 +207,111 @@ TEST_F(ProgramPictures, PlansWhatIsAllocated)
   }
 }
 
+/// Runs with a folder of its own for temporary files, which has to be empty in the end.
+Outcome RunAndLeaveNothing(const std::vector<std::string>& arguments, bool interrupt = false)
+{
+  RunOptions options;
+  options.TemporaryFolder = FreshFileName("temporary");
+  std::filesystem::create_directory(options.TemporaryFolder);
+  if (interrupt)
+  {
+    options.InterruptWhenExists = options.TemporaryFolder + "/teravox-scale-";
+  }
+  const Outcome outcome = RunProgram(arguments, options);
+  EXPECT_TRUE(std::filesystem::is_empty(options.TemporaryFolder));
+  return outcome;
+}
+
+TEST_F(ProgramPictures, BenchScaleMeasuresFormulasAndFiles)
+{
+  const Outcome outcome = RunAndLeaveNothing(
+    { "bench", "scale", "--volumes", "64", "4096", "--files", "128", "512", "--size", "64", "48",
+      "--frames", "1", "--gpu-memory", "32M", "--host-memory", "64M", "--json" });
+  ASSERT_EQ(outcome.ExitCode, 0) << outcome.Error;
+  EXPECT_EQ(outcome.Error, "");
+  const auto json = nlohmann::json::parse(outcome.Output);
+  EXPECT_EQ(json["frames"], 1);
+  for (const char* group : { "formula", "file" })
+  {
+    const bool file = std::string(group) == "file";
+    ASSERT_EQ(json[group]["rows"].size(), 2u) << group;
+    EXPECT_EQ(json[group]["rows"][1]["voxels_per_axis"], file ? 512 : 4096);
+    const auto& ratio = json[group]["ratio"];
+    for (const char* column :
+      { "first_seconds", "frame_seconds", "addressing_bytes", "host_bytes", "process_bytes",
+        "bytes_read", "bytes_uploaded", "bricks", "operations", "frame_operations" })
+    {
+      for (const auto& row : json[group]["rows"])
+      {
+        EXPECT_TRUE(row[column].is_number()) << group << " " << column;
+      }
+      const double first = json[group]["rows"][0][column];
+      const double last = json[group]["rows"][1][column];
+      if (first > 0)
+      {
+        EXPECT_NEAR(ratio[column].get<double>(), last / first, 1e-9) << group << " " << column;
+      }
+      else
+      {
+        EXPECT_TRUE(ratio[column].is_null()) << group << " " << column;
+      }
+    }
+    for (const auto& row : json[group]["rows"])
+    {
+      EXPECT_GT(row["bricks"], 0) << group;
+      EXPECT_GT(row["bytes_uploaded"], 0) << group;
+      EXPECT_EQ(row["bytes_read"].get<double>() > 0, file);
+    }
+  }
+
+  const Outcome table = RunAndLeaveNothing({ "bench", "scale", "--volumes", "64", "--files", "128",
+    "--size", "16", "16", "--frames", "1", "--gpu-memory", "16M", "--host-memory", "64M" });
+  EXPECT_EQ(table.ExitCode, 0) << table.Error;
+  EXPECT_NE(table.Output.find("last / first"), std::string::npos) << table.Output;
+}
+
+TEST_F(ProgramPictures, BenchScaleFailsInOneSentenceAndLeavesNothing)
+{
+  const auto expect = [](const Outcome& outcome, const char* text)
+  {
+    EXPECT_EQ(outcome.ExitCode, 1);
+    EXPECT_EQ(outcome.Output, "");
+    EXPECT_NE(outcome.Error.find(text), std::string::npos) << outcome.Error;
+    EXPECT_EQ(outcome.Error.find('\n'), outcome.Error.size() - 1) << outcome.Error;
+  };
+  const std::vector<std::string> small{ "bench", "scale", "--volumes", "64", "--size", "64", "48",
+    "--frames", "1", "--json" };
+  const auto with = [&small](const std::vector<std::string>& more)
+  {
+    std::vector<std::string> arguments = small;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  };
+  expect(RunAndLeaveNothing(with({ "--gpu-memory", "100K" })), "least that works");
+  expect(RunAndLeaveNothing(with({ "--gpu-memory", "32M", "--files", "200" })), "128");
+  expect(RunAndLeaveNothing(with({ "--gpu-memory", "32M", "--files", "128", "4096" }), true),
+    "interrupted");
+}
+
+TEST_F(ProgramPictures, BenchIsBenchFrame)
+{
+  const std::vector<std::string> options{ "--volumes", "32", "--size", "32", "32", "--frames", "1",
+    "--json" };
+  for (const std::vector<std::string>& name :
+    { std::vector<std::string>{ "bench" }, std::vector<std::string>{ "bench", "frame" } })
+  {
+    std::vector<std::string> arguments = name;
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Outcome outcome = RunProgram(arguments);
+    ASSERT_EQ(outcome.ExitCode, 0) << outcome.Error;
+    const auto json = nlohmann::json::parse(outcome.Output);
+    EXPECT_EQ(json["frames"], 1);
+    ASSERT_EQ(json["measurements"].size(), 6u);
+    EXPECT_EQ(json["measurements"][0]["mapper"], "teravox");
+    EXPECT_EQ(json["measurements"][0]["voxels_per_axis"], 32);
+  }
+}
+
 // The default of a large machine, a quarter of its memory, is more than some drivers give to one
 // texture: the atlas is then what they give.
 TEST_F(ProgramPictures, BudgetBeyondTheDriverIsNoError)

@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 #include <vtkImageData.h>
 #include <vtkNew.h>
@@ -179,10 +180,12 @@ TEST_F(ProgramPictures, PlansWhatIsAllocated)
 {
   const std::string out = FreshFileName("planned.png");
   const std::string stats = FreshFileName("planned.json");
-  const std::vector<std::string> volume{ "64000", "50000", "114", "--brick", "32", "--size", "64",
-    "48" };
-  for (const char* type : { "u8", "u16", "f32", "f64" })
+  // Bricks of 8 make so many slots that the pool of page blocks follows from them.
+  for (const auto& [type, brick] :
+    { std::pair{ "u8", "32" }, { "u16", "32" }, { "f32", "32" }, { "f64", "32" }, { "u8", "8" } })
   {
+    const std::vector<std::string> volume{ "64000", "50000", "114", "--brick", brick, "--size",
+      "64", "48" };
     std::vector<std::string> render{ "render", "formula:shells", out, "--type", type,
       "--gpu-memory", "100M", "--stats", stats, "--dimensions" };
     render.insert(render.end(), volume.begin(), volume.end());
@@ -201,7 +204,7 @@ TEST_F(ProgramPictures, PlansWhatIsAllocated)
     EXPECT_GE(told["total_bytes"], json["gpu_memory_used"]) << type;
     EXPECT_LE(told["total_bytes"].get<double>(), 1.02 * json["gpu_memory_used"].get<double>())
       << type;
-    std::printf("  %s: %llu slots, %llu bytes of addressing\n", type,
+    std::printf("  %s, bricks of %s: %llu slots, %llu bytes of addressing\n", type, brick,
       told["atlas_slots"].get<unsigned long long>(),
       told["addressing_bytes"].get<unsigned long long>());
   }

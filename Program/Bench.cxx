@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Commands.h"
 #include "ErrorCapture.h"
+#include "SelfOutput.h"
 #include "View.h"
 #include "vtkBrickSource.h"
 #include "vtkOutOfCoreTransferFunction.h"
@@ -13,10 +14,8 @@
 #include <chrono>
 #include <cstdio>
 #include <fmt/format.h>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <unistd.h>
 #include <vector>
 #include <vtkCamera.h>
 #include <vtkFixedPointVolumeRayCastMapper.h>
@@ -146,16 +145,14 @@ Result<Measurement> MeasurementOf(const std::string& name)
 /// Runs one measurement in a process of its own.
 Status MeasureApart(const BenchOptions& options, Measurement& m)
 {
-  std::array<char, 4096> self{};
-  const ssize_t length = readlink("/proc/self/exe", self.data(), self.size() - 1);
-  if (length <= 0)
+  const auto text =
+    OutputOfSelf({ "bench", "--only", NameOf(m), "--size", std::to_string(options.Size[0]),
+      std::to_string(options.Size[1]), "--frames", std::to_string(options.Frames) });
+  if (!text.Ok())
   {
-    return { StatusCode::InputOutput, "The program doesn't find itself to measure with." };
+    return text.GetStatus();
   }
-  const std::string command = fmt::format("'{}' bench --only {} --size {} {} --frames {}",
-    self.data(), NameOf(m), options.Size[0], options.Size[1], options.Frames);
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
-  if (!pipe || std::fscanf(pipe.get(), "%lf %lf", &m.FirstSeconds, &m.MedianSeconds) != 2)
+  if (std::sscanf(text.Value().c_str(), "%lf %lf", &m.FirstSeconds, &m.MedianSeconds) != 2)
   {
     return { StatusCode::InputOutput, fmt::format("The measurement {} failed.", NameOf(m)) };
   }

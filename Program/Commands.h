@@ -3,6 +3,7 @@
 #pragma once
 
 #include "Status.h"
+#include "TexelFormat.h"
 #include "Types.h"
 
 #include <array>
@@ -22,6 +23,7 @@ struct VolumeOptions
   std::string Dataset;
   Int3 Dimensions{ 256, 256, 256 }; ///< of a formula
   std::string Type = "u8";          ///< of a formula
+  int BrickSize = 64;               ///< of what is drawn, whatever the chunks of a file
   Int3 Repeat{ 1, 1, 1 };
   Int3 Pitch{ 0, 0, 0 }; ///< voxels from copy to copy; 0: the size of the volume
 };
@@ -57,6 +59,11 @@ struct PlanOptions
   int Components = 1;
   int BrickSize = 64;
   std::uint64_t GPUMemory = std::uint64_t{ 1 } << 30;
+  /// What the plan assumes of the picture and of the driver: by default what `render` draws, and
+  /// an atlas in a 3-D texture. `render --stats` tells what a driver does.
+  std::array<int, 2> Size{ 800, 600 };
+  std::int64_t BufferTexels = 0;
+  int TextureSize = 2048;
   bool Json = false;
 };
 Status RunPlan(const PlanOptions& options);
@@ -102,5 +109,19 @@ struct BenchOptions
   std::string Only; ///< one measurement, in this process
 };
 Status RunBench(const BenchOptions& options);
+
+struct ScaleOptions
+{
+  std::vector<std::int64_t> Volumes{ 512, 4096, 32768, std::int64_t{ 1 } << 20,
+    std::int64_t{ 1 } << 30 };                        ///< voxels per axis of formulas
+  std::vector<std::int64_t> Files{ 512, 4096, 8192 }; ///< and of sparse files; the last has 1 TiB
+  std::array<int, 2> Size{ 512, 512 };
+  int Frames = 5;
+  std::uint64_t GPUMemory = std::uint64_t{ 256 } << 20;
+  std::uint64_t HostMemory = std::uint64_t{ 512 } << 20;
+  bool Json = false;
+  std::string Only; ///< one measurement, in this process
+};
+Status RunBenchScale(const ScaleOptions& options);
 
 } // namespace teravox::program

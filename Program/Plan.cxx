@@ -5,7 +5,6 @@
 #include "Commands.h"
 #include "PyramidLayout.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -15,22 +14,19 @@ namespace teravox::program
 namespace
 {
 
-/// The atlas that the mapper makes for a scalar type: integers of 8 and 16 bits as they are, all
-/// others as 32-bit floats, wide ones relative to their brick.
+/// What the mapper asks for, when it draws such a volume with such a driver.
 AtlasRequest RequestFor(const PlanOptions& options)
 {
-  AtlasRequest request;
+  AtlasRequest request = AtlasRequest::For(TexelFormat::Choose(options.Type),
+    options.Components, options.Size[0], options.Size[1]);
   request.BudgetBytes = options.GPUMemory;
-  const std::size_t texel = std::min<std::size_t>(4, SizeOf(options.Type));
-  request.BytesPerTexel =
-    static_cast<std::uint32_t>(texel) * static_cast<std::uint32_t>(options.Components);
-  request.SlotTable = options.Type == ScalarType::UInt32 || options.Type == ScalarType::Int32 ||
-    options.Type == ScalarType::Float64;
+  request.MaximumTextureSize = options.TextureSize;
+  request.MaximumBufferTexels = options.BufferTexels;
   return request;
 }
 
-nlohmann::ordered_json ToJson(
-  const PlanOptions& options, const PyramidLayout& pyramid, const AtlasPlan& atlas)
+nlohmann::ordered_json ToJson(const PlanOptions& options, const PyramidLayout& pyramid,
+  const AtlasRequest& request, const AtlasPlan& atlas)
 {
   nlohmann::ordered_json json;
   json["dimensions"] = options.Dimensions;
@@ -46,6 +42,10 @@ nlohmann::ordered_json ToJson(
   json["page_depth"] = pyramid.PageDepth();
   json["directory_entries"] = pyramid.DirectoryEntries();
   json["gpu_budget_bytes"] = options.GPUMemory;
+  json["assumed"] = { { "size", options.Size }, { "buffer_texels", options.BufferTexels },
+    { "texture_size", options.TextureSize } };
+  json["bytes_per_texel"] = request.BytesPerTexel;
+  json["reserved_bytes"] = request.ReservedBytes;
   json["atlas_slots"] = atlas.Slots;
   json["atlas_size"] = atlas.AtlasSize;
   json["atlas_bytes"] = atlas.AtlasBytes;
@@ -55,7 +55,7 @@ nlohmann::ordered_json ToJson(
   json["slot_table_bytes"] = atlas.SlotTableBytes;
   json["addressing_bytes"] = atlas.AddressingBytes();
   json["feedback_bytes"] = atlas.FeedbackBytes;
-  json["total_bytes"] = atlas.TotalBytes();
+  json["total_bytes"] = atlas.TotalBytes() + request.ReservedBytes;
   return json;
 }
 
@@ -69,7 +69,8 @@ Status RunPlan(const PlanOptions& options)
   {
     return layout.GetStatus();
   }
-  const auto plan = PlanAtlas(layout.Value(), RequestFor(options));
+  const AtlasRequest request = RequestFor(options);
+  const auto plan = PlanAtlas(layout.Value(), request);
   if (!plan.Ok())
   {
     return plan.GetStatus();
@@ -78,7 +79,7 @@ Status RunPlan(const PlanOptions& options)
   const PyramidLayout& pyramid = layout.Value();
   if (options.Json)
   {
-    fmt::print("{}\n", ToJson(options, pyramid, atlas).dump(2));
+    fmt::print("{}\n", ToJson(options, pyramid, request, atlas).dump(2));
     return {};
   }
   fmt::print("{} x {} x {} {}, {} component{}, bricks of {}^3\n", options.Dimensions[0],
@@ -100,9 +101,14 @@ Status RunPlan(const PlanOptions& options)
   fmt::print("  addressing         {} bytes ({}): directory {}, page blocks {}, slots {}\n",
     atlas.AddressingBytes(), FormatByteCount(static_cast<double>(atlas.AddressingBytes())),
     atlas.DirectoryBytes, atlas.PageBlockBytes, atlas.SlotTableBytes);
+  fmt::print("  picture            {} x {} pixels and tables, {}\n", options.Size[0],
+    options.Size[1], FormatByteCount(static_cast<double>(request.ReservedBytes)));
   fmt::print("  together           {} of {}\n",
-    FormatByteCount(static_cast<double>(atlas.TotalBytes())),
+    FormatByteCount(static_cast<double>(atlas.TotalBytes() + request.ReservedBytes)),
     FormatByteCount(static_cast<double>(options.GPUMemory)));
+  fmt::print("Assumed: an atlas in {}.\n",
+    atlas.Buffer ? fmt::format("a buffer texture of {} texels at most", options.BufferTexels)
+                 : fmt::format("a 3-D texture of {} texels per axis at most", options.TextureSize));
   return {};
 }
 

@@ -79,6 +79,8 @@ nlohmann::ordered_json Statistics(const RenderOptions& options, vtkOutOfCoreVolu
   json["host_memory_used"] = mapper->GetHostMemoryUsed();
   json["host_memory_budget"] = mapper->GetEffectiveHostMemoryBudget();
   json["addressing_memory_used"] = mapper->GetAddressingMemoryUsed();
+  json["buffer_texels"] = mapper->GetMaximumBufferTexels();
+  json["texture_size"] = mapper->GetMaximumTextureSize();
   return json;
 }
 

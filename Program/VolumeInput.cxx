@@ -39,6 +39,7 @@ Opened OpenFormula(const VolumeOptions& options, const std::string& name)
   source->SetFunctionName(name.c_str());
   source->SetDimensions(options.Dimensions[0], options.Dimensions[1], options.Dimensions[2]);
   source->SetScalarType(ToVTK(*type));
+  source->SetBrickSize(options.BrickSize);
   return vtkSmartPointer<vtkBrickSourceAlgorithm>(source.GetPointer());
 }
 
@@ -57,6 +58,7 @@ Opened OpenFile(const VolumeOptions& options)
   const auto reader = vtkSmartPointer<vtkHDF5PyramidReader>::New();
   reader->SetFileName(options.Name.c_str());
   reader->SetDatasetPath(options.Dataset.c_str());
+  reader->SetBrickSize(options.BrickSize);
   return vtkSmartPointer<vtkBrickSourceAlgorithm>(reader.GetPointer());
 }
 

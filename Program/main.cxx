@@ -136,6 +136,17 @@ Run AddPlan(CLI::App& app)
   command->add_option("--spacing", options->Spacing, "Edge lengths of a voxel; default 1 1 1");
   command->add_option("--brick", options->BrickSize, "Inner edge of a brick in voxels; default 64");
   AddBytes(command, "--gpu", options->GPUMemory, "GPU memory; default 1G");
+  command->add_option("--size", options->Size, "Picture that is drawn, pixels; default 800 600")
+    ->check(CLI::Range(1, 16384));
+  command
+    ->add_option("--buffer-texels", options->BufferTexels,
+      "Texels of a buffer texture where the atlas is one, as render --stats tells; default 0, a "
+      "3-D texture")
+    ->check(CLI::NonNegativeNumber);
+  command
+    ->add_option("--texture-size", options->TextureSize,
+      "Largest edge of a 3-D texture in texels; default 2048")
+    ->check(CLI::Range(64, 1 << 20));
   command->add_flag("--json", options->Json, "Print JSON");
   return [options] { return RunPlan(*options); };
 }
@@ -151,6 +162,8 @@ void AddVolume(CLI::App* command, VolumeOptions& volume)
   command->add_option(
     "--dimensions", volume.Dimensions, "Voxels of a formula; default 256 256 256");
   command->add_option("--type", volume.Type, "Scalar type of a formula; default u8");
+  command->add_option("--brick", volume.BrickSize, "Inner edge of a brick in voxels; default 64")
+    ->check(CLI::Range(2, 1024));
   command->add_option("--repeat", volume.Repeat, "Copies along each axis; default 1 1 1");
   command->add_option(
     "--pitch", volume.Pitch, "Voxels from copy to copy; default the size of the volume");
@@ -208,11 +221,8 @@ Run AddRender(CLI::App& app)
   return [options] { return RunRender(*options); };
 }
 
-Run AddBench(CLI::App& app)
+void AddFrameOptions(CLI::App* command, const std::shared_ptr<BenchOptions>& options)
 {
-  auto options = std::make_shared<BenchOptions>();
-  CLI::App* command =
-    app.add_subcommand("bench", "Compare frame times with VTK's GPU and fixed-point mappers");
   command
     ->add_option("--volumes", options->Sizes, "Voxels per axis of the volumes; default 256 512")
     ->check(CLI::Range(16, 2048));
@@ -222,7 +232,46 @@ Run AddBench(CLI::App& app)
     ->check(CLI::Range(1, 1000));
   command->add_flag("--json", options->Json, "Print JSON");
   command->add_option("--only", options->Only)->group(""); // what the program calls itself with
-  return [options] { return RunBench(*options); };
+}
+
+Run AddScale(CLI::App* bench)
+{
+  auto options = std::make_shared<ScaleOptions>();
+  CLI::App* command = bench->add_subcommand("scale",
+    "The cost of one picture of volumes of all sizes, as formulas and as sparse files; the last "
+    "line of each group is the largest by the smallest");
+  command
+    ->add_option("--volumes", options->Volumes,
+      "Voxels per axis of the formulas; default 512 4096 32768 1048576 1073741824")
+    ->check(CLI::Range(std::int64_t{ 16 }, (std::int64_t{ 1 } << 31) - 1));
+  command
+    ->add_option("--files", options->Files,
+      "Voxels (16 bits) per axis of the files, multiples of 128; default 512 4096 8192 (1 TiB)")
+    ->check(CLI::Range(std::int64_t{ 128 }, std::int64_t{ 8192 }));
+  command->add_option("--size", options->Size, "Width and height in pixels; default 512 512")
+    ->check(CLI::Range(16, 4096));
+  command->add_option("--frames", options->Frames, "Frames after the first one; default 5")
+    ->check(CLI::Range(1, 1000));
+  AddBytes(command, "--gpu-memory", options->GPUMemory, "GPU memory to use; default 256M");
+  AddBytes(command, "--host-memory", options->HostMemory, "Main memory to use; default 512M");
+  command->add_flag("--json", options->Json, "Print JSON");
+  command->add_option("--only", options->Only)->group("");
+  return [options] { return RunBenchScale(*options); };
+}
+
+Run AddBench(CLI::App& app)
+{
+  auto options = std::make_shared<BenchOptions>();
+  CLI::App* command = app.add_subcommand(
+    "bench", "Frame times beside VTK's mappers (frame, the default), or costs by size (scale)");
+  command->require_subcommand(0, 1);
+  AddFrameOptions(command, options);
+  CLI::App* frame =
+    command->add_subcommand("frame", "Compare frame times with VTK's GPU and fixed-point mappers");
+  AddFrameOptions(frame, options);
+  const Run scale = AddScale(command);
+  return [command, options, scale]
+  { return command->got_subcommand("scale") ? scale() : RunBench(*options); };
 }
 
 /// The first line of a parser's message, as a sentence.

@@ -122,6 +122,26 @@ AtlasPlan PlanTexture(
 }
 } // namespace
 
+AtlasRequest AtlasRequest::For(const TexelFormat& format, int components, int width, int height)
+{
+  AtlasRequest request;
+  request.BytesPerTexel = format.BytesPerTexel * static_cast<std::uint32_t>(components);
+  request.SlotTable = format.Relative;
+  request.ReservedBytes = PictureBytes(width, height) + TableBytesReserved;
+  return request;
+}
+
+std::uint64_t PictureBytes(int width, int height)
+{
+  constexpr std::uint64_t tileBytes = 12; // 8 in the list, 4 for the stamp
+  constexpr std::int64_t tileEdge = 32;
+  const auto tiles =
+    static_cast<std::uint64_t>(CeilDiv(width, tileEdge) * CeilDiv(height, tileEdge));
+  return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) *
+    RayStateBytesPerPixel +
+    tiles * tileBytes;
+}
+
 Result<AtlasPlan> PlanAtlas(const PyramidLayout& layout, const AtlasRequest& request)
 {
   const std::int64_t edge = layout.StoredSize();

@@ -4,6 +4,7 @@
 
 #include "PyramidLayout.h"
 #include "Status.h"
+#include "TexelFormat.h"
 
 #include <cstdint>
 
@@ -51,7 +52,18 @@ struct AtlasRequest
   /// those in half the time; on GPUs 3-D textures are larger and better cached.
   std::int64_t MaximumBufferTexels = 0;
   std::uint32_t MaximumSlots = ~std::uint32_t{ 0 }; ///< for tests of small atlases
+
+  /// The request for voxels of a format and a picture of a size; budget and limits as above.
+  static AtlasRequest For(const TexelFormat& format, int components, int width, int height);
 };
+
+/// Ray states of a picture: colour, position and intervals (16 bytes each), depth (4), per pixel.
+inline constexpr std::uint64_t RayStateBytesPerPixel = 52;
+/// Ray states, tile list and stamps of a picture. Edges in pixels.
+std::uint64_t PictureBytes(int width, int height);
+/// Reserved for uniforms and the tables of the transfer function, so that an edit of the function
+/// doesn't change the atlas; larger tables reserve what they take.
+inline constexpr std::uint64_t TableBytesReserved = std::uint64_t{ 1 } << 20;
 
 /// Entries of the request table of one pass.
 inline constexpr std::uint32_t RequestTableEntries = 4096;

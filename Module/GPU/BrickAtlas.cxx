@@ -14,6 +14,7 @@ Result<std::unique_ptr<BrickAtlas>> BrickAtlas::Make(
   while (glGetError() != GL_NO_ERROR)
   {
   }
+  const std::uint64_t peak = memory.Peak;
   std::unique_ptr<BrickAtlas> atlas(new BrickAtlas);
   atlas->Plan_ = plan;
   atlas->Format_ = format;
@@ -47,6 +48,8 @@ Result<std::unique_ptr<BrickAtlas>> BrickAtlas::Make(
     GL_DYNAMIC_DRAW);
   if (glGetError() != GL_NO_ERROR)
   {
+    atlas.reset();
+    memory.Peak = peak; // what was refused was never held
     return Status(StatusCode::ResourceExhausted,
       "The driver can't allocate " + std::to_string(plan.TotalBytes()) +
         " bytes for the brick atlas and its page table; choose a smaller GPU memory budget.");

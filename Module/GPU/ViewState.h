@@ -17,13 +17,6 @@ namespace teravox
 class ViewState
 {
 public:
-  /// Bytes per pixel: colour (16), position (16), intervals (16), depth (4).
-  static constexpr std::uint64_t BytesPerPixel = 52;
-  static std::uint64_t BytesFor(int width, int height)
-  {
-    return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * BytesPerPixel;
-  }
-
   /// Allocates for a picture of this size and an atlas of this plan; nothing if nothing changed.
   /// Returns false if the driver has no memory.
   bool Resize(GPUMemory& memory, int width, int height, const AtlasPlan& plan);

@@ -111,17 +111,14 @@ Status VolumeEngine::PrepareLoader()
 
 std::uint64_t VolumeEngine::FixedBytes(const ViewState* except, int width, int height) const
 {
-  std::uint64_t bytes =
-    ViewState::BytesFor(width, height) + sizeof(MarchParameters) + this->Transfer.SizeInBytes();
-  bytes += 16; // the least that the table of slots takes, where the plan needs none
-  const std::uint64_t tiles = 12 * ((static_cast<std::uint64_t>(width) + 31) / 32) *
-    ((static_cast<std::uint64_t>(height) + 31) / 32);
-  bytes += tiles;
+  // 16: the least that the table of slots takes, where the plan needs none.
+  const std::uint64_t tables = sizeof(MarchParameters) + this->Transfer.SizeInBytes() + 16;
+  std::uint64_t bytes = PictureBytes(width, height) + std::max(tables, TableBytesReserved);
   for (const auto& view : this->Views)
   {
     if (view.second.get() != except)
     {
-      bytes += ViewState::BytesFor(view.second->Width(), view.second->Height()) + tiles;
+      bytes += PictureBytes(view.second->Width(), view.second->Height());
     }
   }
   return bytes;
@@ -132,12 +129,11 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
   const VolumeInfo& info = this->Source_->Info();
   const VoxelFormat format = VoxelFormat::Choose(info.Type);
   const auto view = this->Views.find(request.View);
-  AtlasRequest wanted;
+  AtlasRequest wanted =
+    AtlasRequest::For(format, info.Components, request.Camera.Width, request.Camera.Height);
   wanted.BudgetBytes = this->Settings.GPUMemoryBudget;
   wanted.ReservedBytes = this->FixedBytes(view == this->Views.end() ? nullptr : view->second.get(),
     request.Camera.Width, request.Camera.Height);
-  wanted.BytesPerTexel = format.BytesPerTexel;
-  wanted.SlotTable = format.Relative;
   wanted.MaximumSlots = this->Settings.MaximumSlots;
   GLint largest = 0;
   glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &largest);
@@ -151,15 +147,15 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
     wanted.MaximumBufferTexels = largest;
   }
   const bool fits = this->Atlas && this->Plan_.Slots != 0 &&
-    wanted.BudgetBytes == this->PlannedFor.BudgetBytes &&
-    wanted.MaximumSlots == this->PlannedFor.MaximumSlots &&
-    wanted.MaximumBufferTexels == this->PlannedFor.MaximumBufferTexels &&
+    wanted.BudgetBytes == this->PlannedFor_.BudgetBytes &&
+    wanted.MaximumSlots == this->PlannedFor_.MaximumSlots &&
+    wanted.MaximumBufferTexels == this->PlannedFor_.MaximumBufferTexels &&
     this->Plan_.TotalBytes() + wanted.ReservedBytes <= wanted.BudgetBytes;
   if (fits)
   {
     return {};
   }
-  const Result<AtlasPlan> plan = PlanAtlas(info.Layout, wanted);
+  Result<AtlasPlan> plan = PlanAtlas(info.Layout, wanted);
   if (!plan)
   {
     return plan.GetStatus();
@@ -167,15 +163,24 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
   this->KeepCounters();
   this->Atlas.reset();
   this->Residency_.reset();
-  this->Plan_ = plan.Value();
-  this->PlannedFor = wanted;
-  Result<std::unique_ptr<BrickAtlas>> atlas =
-    BrickAtlas::Make(this->Memory_, this->Plan_, format, info.Layout.StoredSize());
-  if (!atlas)
+  this->Plan_ = {};
+  this->PlannedFor_ = wanted;
+  const auto make = [&]
+  { return BrickAtlas::Make(this->Memory_, plan.Value(), format, info.Layout.StoredSize()); };
+  Result<std::unique_ptr<BrickAtlas>> atlas = make();
+  // A budget is a limit, not a promise of the driver: some bound the size of one texture.
+  for (std::uint64_t budget = wanted.BudgetBytes / 2; !atlas; budget /= 2)
   {
-    this->Plan_ = {};
-    return atlas.GetStatus();
+    AtlasRequest smaller = wanted;
+    smaller.BudgetBytes = budget;
+    plan = PlanAtlas(info.Layout, smaller);
+    if (!plan)
+    {
+      return atlas.GetStatus();
+    }
+    atlas = make();
   }
+  this->Plan_ = plan.Value();
   this->Atlas = std::move(atlas.Value());
   this->Table = std::make_unique<PageTable>(info.Layout, this->Plan_.PageBlocks);
   this->Residency_ = std::make_unique<Residency>(*this->Table, this->Plan_.Slots);

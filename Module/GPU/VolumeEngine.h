@@ -129,6 +129,8 @@ public:
   std::uint64_t PeakHostMemoryUsed() const;
   std::uint64_t AddressingBytes() const;
   const AtlasPlan& Plan() const { return this->Plan_; }
+  /// What that plan was made for; all zero before the first frame.
+  const AtlasRequest& PlannedFor() const { return this->PlannedFor_; }
   std::uint32_t SlotsInUse() const { return this->Residency_ ? this->Residency_->SlotsInUse() : 0; }
   std::uint64_t Evictions() const
   {
@@ -164,7 +166,7 @@ private:
   std::unique_ptr<BrickLoader> Loader;
   HostLimit Held; ///< share of the host budget for what waits for a place on the GPU
   AtlasPlan Plan_;
-  AtlasRequest PlannedFor;
+  AtlasRequest PlannedFor_;
   std::unique_ptr<PageTable> Table;
   std::unique_ptr<Residency> Residency_;
   std::unique_ptr<RayMarcher> Marcher;

@@ -16,14 +16,29 @@ namespace teravox
 VoxelFormat VoxelFormat::Choose(ScalarType type)
 {
   VoxelFormat format;
+  static_cast<TexelFormat&>(format) = TexelFormat::Choose(type);
+  switch (format.BytesPerTexel)
+  {
+    case 1:
+      format.InternalFormat = GL_R8;
+      format.DataType = GL_UNSIGNED_BYTE;
+      format.CellFormat = GL_RG8;
+      break;
+    case 2:
+      format.InternalFormat = GL_R16;
+      format.DataType = GL_UNSIGNED_SHORT;
+      format.CellFormat = GL_RG16;
+      break;
+    default:
+      format.InternalFormat = GL_R32F;
+      format.DataType = GL_FLOAT;
+      format.CellFormat = GL_RG32F;
+      break;
+  }
   switch (type)
   {
     case ScalarType::UInt8:
     case ScalarType::Int8:
-      format.InternalFormat = GL_R8;
-      format.DataType = GL_UNSIGNED_BYTE;
-      format.CellFormat = GL_RG8;
-      format.BytesPerTexel = 1;
       format.Scale = 255;
       format.Offset = type == ScalarType::Int8 ? -128 : 0;
       break;
@@ -32,16 +47,7 @@ VoxelFormat VoxelFormat::Choose(ScalarType type)
       format.Scale = 65535;
       format.Offset = type == ScalarType::Int16 ? -32768 : 0;
       break;
-    case ScalarType::UInt32:
-    case ScalarType::Int32:
-    case ScalarType::Float32:
-    case ScalarType::Float64:
     default:
-      format.InternalFormat = GL_R32F;
-      format.DataType = GL_FLOAT;
-      format.BytesPerTexel = 4;
-      format.CellFormat = GL_RG32F;
-      format.Relative = type != ScalarType::Float32;
       break;
   }
   return format;

@@ -4,6 +4,7 @@
 
 #include "BrickSource.h"
 #include "GLApi.h"
+#include "TexelFormat.h"
 
 #include <cstdint>
 #include <vector>
@@ -14,17 +15,15 @@ namespace teravox
 /// How voxels of a scalar type lie in the atlas: data value = Scale * texel + Offset, or for wide
 /// types (u32, i32, f64) relative to the brick, with offset and scale per slot. Thread: immutable
 /// value.
-struct VoxelFormat
+struct VoxelFormat : TexelFormat
 {
   GLenum InternalFormat = GL_R16;
   GLenum DataType = GL_UNSIGNED_SHORT; ///< of the uploaded texels
   GLenum CellFormat = GL_RG16;         ///< of two texel values, least and largest
-  std::uint32_t BytesPerTexel = 2;
-  bool Relative = false; ///< needs the slot table
   double Scale = 1;
   double Offset = 0;
 
-  /// The smallest format that holds the values exactly.
+  /// TexelFormat::Choose() in OpenGL's words.
   static VoxelFormat Choose(ScalarType type);
 };
 

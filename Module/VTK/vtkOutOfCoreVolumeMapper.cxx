@@ -960,6 +960,18 @@ vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetAddressingMemoryUsed()
   return this->Internals->Engine.AddressingBytes();
 }
 
+vtkTypeInt64 vtkOutOfCoreVolumeMapper::GetMaximumBufferTexels()
+{
+  const teravox::VolumeEngine& engine = this->Internals->Engine;
+  return engine.Plan().Slots > 0 ? engine.PlannedFor().MaximumBufferTexels : 0;
+}
+
+int vtkOutOfCoreVolumeMapper::GetMaximumTextureSize()
+{
+  const teravox::VolumeEngine& engine = this->Internals->Engine;
+  return engine.Plan().Slots != 0 ? static_cast<int>(engine.PlannedFor().MaximumTextureSize) : 0;
+}
+
 double vtkOutOfCoreVolumeMapper::GetTimeToFirstPicture()
 {
   return this->Internals->FirstPicture;

@@ -217,6 +217,13 @@ public:
   vtkTypeUInt64 GetHostMemoryUsed();
   vtkTypeUInt64 GetPeakHostMemoryUsed();
   vtkTypeUInt64 GetAddressingMemoryUsed();
+  /**
+   * What the atlas is planned with, as `teravox plan` takes it: the most texels of a buffer texture
+   * (0: the atlas is a 3-D texture), and the largest edge of a 3-D texture in texels. 0 before the
+   * first frame.
+   */
+  vtkTypeInt64 GetMaximumBufferTexels();
+  int GetMaximumTextureSize();
   /** Seconds from the first Render() after a new source to the first complete picture. */
   double GetTimeToFirstPicture();
   double GetTimeToConverged();

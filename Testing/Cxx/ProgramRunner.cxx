@@ -50,6 +50,15 @@ void Redirect(const std::string& fileName, int descriptor)
   {
     setenv("MESA_GL_VERSION_OVERRIDE", options.GLVersion->c_str(), 1);
   }
+  if (!options.TemporaryFolder.empty())
+  {
+    setenv("TMPDIR", options.TemporaryFolder.c_str(), 1);
+  }
+  if (options.AddressSpaceLimit > 0)
+  {
+    const rlimit limit{ options.AddressSpaceLimit, options.AddressSpaceLimit };
+    setrlimit(RLIMIT_AS, &limit);
+  }
   if (options.FileSizeLimit > 0)
   {
     // Without the signal a write beyond the limit fails like one on a full disk.

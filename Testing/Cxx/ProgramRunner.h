@@ -22,9 +22,11 @@ struct RunOptions
 {
   std::optional<std::string> Display;   ///< DISPLAY; nothing: as it is
   std::optional<std::string> GLVersion; ///< MESA_GL_VERSION_OVERRIDE
+  std::uint64_t AddressSpaceLimit = 0;  ///< in bytes; 0: none
+  std::string TemporaryFolder;          ///< TMPDIR; empty: as it is
   std::uint64_t FileSizeLimit = 0;      ///< of files that it writes, in bytes; 0: none
-  /// Sends these signals, one after another, as soon as a file exists whose name begins with this
-  /// one.
+  /// Sends these signals, one after another, as soon as a file (or folder) exists whose name begins
+  /// with this one.
   std::string InterruptWhenExists;
   std::vector<int> Signals;
 };

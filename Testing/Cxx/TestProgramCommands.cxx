@@ -4,11 +4,13 @@
 #include "VTKTestSupport.h"
 
 #include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 #include <vtkImageData.h>
 #include <vtkMetaImageWriter.h>
 #include <vtkNIFTIImageWriter.h>
@@ -95,7 +97,11 @@ TEST(ProgramUsage, WrongUsageIsOneSentenceAndExitCodeTwo)
   ExpectFailure(RunProgram({ "plan", "10", "10" }), 2, "nz");
   ExpectFailure(RunProgram({ "plan", "10", "10", "ten" }), 2, "ten");
   ExpectFailure(RunProgram({ "plan", "10", "10", "10", "--type", "u64" }), 2, "u64");
+  ExpectFailure(RunProgram({ "plan", "10", "10", "10", "--buffer-texels", "-1" }), 2, "-1");
+  ExpectFailure(RunProgram({ "bench", "fly" }), 2, "fly");
+  ExpectFailure(RunProgram({ "bench", "scale", "--files", "64" }), 2, "64");
   ExpectFailure(RunProgram({ "render", "a.h5", "b.png", "--size", "0", "5" }), 2, "0");
+  ExpectFailure(RunProgram({ "render", "a.h5", "b.png", "--brick", "1" }), 2, "1");
   ExpectFailure(RunProgram({ "render", "a.h5", "b.png", "--gpu-memory", "-3" }), 2, "-3");
 }
 
@@ -107,6 +113,12 @@ TEST(ProgramUsage, HelpAndVersionSucceed)
     EXPECT_EQ(outcome.ExitCode, 0);
     EXPECT_NE(outcome.Output.find("Usage"), std::string::npos);
     EXPECT_EQ(outcome.Error, "");
+  }
+  for (const char* bench : { "frame", "scale" })
+  {
+    const Outcome outcome = RunProgram({ "bench", bench, "--help" });
+    EXPECT_EQ(outcome.ExitCode, 0);
+    EXPECT_NE(outcome.Output.find("--volumes"), std::string::npos) << outcome.Output;
   }
   EXPECT_EQ(RunProgram({ "--version" }).Output.compare(0, 8, "teravox "), 0);
 }
@@ -301,6 +313,43 @@ TEST(ProgramPlan, CountsBricksAsThePublishedTable)
   EXPECT_GT(json["total_bytes"].get<double>(), 1e9);
 }
 
+/// A plan of the mouse brain, with these options more.
+nlohmann::json PlanOf(const std::vector<std::string>& more)
+{
+  std::vector<std::string> arguments{ "plan", "64000", "50000", "114", "--brick", "32", "--gpu",
+    "4G", "--json" };
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  const Outcome outcome = RunProgram(arguments);
+  EXPECT_EQ(outcome.ExitCode, 0) << outcome.Error;
+  return outcome.ExitCode == 0 ? nlohmann::json::parse(outcome.Output) : nlohmann::json();
+}
+
+TEST(ProgramPlan, StatesWhatItAssumesOfTheDriver)
+{
+  const auto usual = PlanOf({ "--type", "u8" });
+  EXPECT_EQ(usual["assumed"]["buffer_texels"], 0);
+  EXPECT_EQ(usual["assumed"]["size"], nlohmann::json({ 800, 600 }));
+  EXPECT_EQ(usual["bytes_per_texel"], 1);
+  EXPECT_GT(PlanOf({ "--type", "u8", "--size", "8000", "6000" })["reserved_bytes"],
+    usual["reserved_bytes"]);
+  for (const char* texels : { "0", "134217728" })
+  {
+    // RGBA of 8 bits and floats are both 4 bytes: the same atlas, the same addressing.
+    const auto colors = PlanOf({ "--type", "rgba8", "--buffer-texels", texels });
+    const auto floats = PlanOf({ "--type", "f32", "--buffer-texels", texels });
+    EXPECT_EQ(colors["bytes_per_texel"], 4) << texels;
+    EXPECT_EQ(floats["bytes_per_texel"], 4) << texels;
+    EXPECT_EQ(colors["atlas_slots"], floats["atlas_slots"]) << texels;
+    EXPECT_EQ(colors["addressing_bytes"], floats["addressing_bytes"]) << texels;
+    EXPECT_LE(colors["addressing_bytes"].get<double>(), 2e6) << texels;
+    std::printf("  buffer texels %s: %llu slots, %llu bytes of addressing\n", texels,
+      colors["atlas_slots"].get<unsigned long long>(),
+      colors["addressing_bytes"].get<unsigned long long>());
+  }
+  const Outcome text = RunProgram({ "plan", "1000", "1000", "1000" });
+  EXPECT_NE(text.Output.find("Assumed"), std::string::npos) << text.Output;
+}
+
 TEST(ProgramPlan, ImpossibleVolumesAreErrors)
 {
   ExpectFailure(RunProgram({ "plan", "0", "10", "10" }), 1, "0");
@@ -329,6 +378,8 @@ TEST(ProgramRender, BadInputIsOneSentenceAndExitCodeOne)
   ExpectFailure(RunProgram({ "render", "formula:shells", out }, OnDisplay("")), 1, "display");
   ExpectFailure(RunProgram({ "render", "formula:shells", out }, OnDisplay(":987")), 1, ":987");
   ExpectFailure(RunProgram({ "bench" }, OnDisplay("")), 1, "display");
+  ExpectFailure(RunProgram({ "bench", "frame" }, OnDisplay("")), 1, "display");
+  ExpectFailure(RunProgram({ "bench", "scale" }, OnDisplay("")), 1, "display");
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 

@@ -7,12 +7,15 @@
 #include "ProgramRunner.h"
 #include "VTKTestSupport.h"
 
+#include <cstdio>
 #include <cstdlib>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 #include <vtkImageData.h>
 #include <vtkNew.h>
@@ -170,6 +173,167 @@ TEST_F(ProgramPictures, BudgetTooSmallNamesTheLeastThatWorks)
   EXPECT_EQ(outcome.ExitCode, 1);
   EXPECT_NE(outcome.Error.find("least"), std::string::npos) << outcome.Error;
   EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+// Sarton's mouse brain, in an atlas that a software renderer can hold: `plan` tells what the mapper
+// then allocates, to the byte.
+TEST_F(ProgramPictures, PlansWhatIsAllocated)
+{
+  const std::string out = FreshFileName("planned.png");
+  const std::string stats = FreshFileName("planned.json");
+  // Bricks of 8 make so many slots that the pool of page blocks follows from them.
+  for (const auto& [type, brick] :
+    { std::pair{ "u8", "32" }, { "u16", "32" }, { "f32", "32" }, { "f64", "32" }, { "u8", "8" } })
+  {
+    const std::vector<std::string> volume{ "64000", "50000", "114", "--brick", brick, "--size",
+      "64", "48" };
+    std::vector<std::string> render{ "render", "formula:shells", out, "--type", type,
+      "--gpu-memory", "100M", "--stats", stats, "--dimensions" };
+    render.insert(render.end(), volume.begin(), volume.end());
+    const Outcome drawn = RunProgram(render);
+    ASSERT_EQ(drawn.ExitCode, 0) << drawn.Error;
+    const auto json = nlohmann::json::parse(std::ifstream(stats));
+    std::vector<std::string> plan{ "plan", "--type", type, "--gpu", "100M", "--buffer-texels",
+      std::to_string(json["buffer_texels"].get<int>()), "--texture-size", std::to_string(json["texture_size"].get<int>()),
+      "--json" };
+    plan.insert(plan.end(), volume.begin(), volume.end());
+    const Outcome planned = RunProgram(plan);
+    ASSERT_EQ(planned.ExitCode, 0) << planned.Error;
+    const auto told = nlohmann::json::parse(planned.Output);
+    EXPECT_EQ(told["addressing_bytes"], json["addressing_memory_used"]) << type;
+    EXPECT_EQ(told["atlas_slots"], json["atlas_slots"]) << type;
+    EXPECT_GE(told["total_bytes"], json["gpu_memory_used"]) << type;
+    EXPECT_LE(told["total_bytes"].get<double>(), 1.02 * json["gpu_memory_used"].get<double>())
+      << type;
+    std::printf("  %s, bricks of %s: %llu slots, %llu bytes of addressing\n", type, brick,
+      told["atlas_slots"].get<unsigned long long>(),
+      told["addressing_bytes"].get<unsigned long long>());
+  }
+}
+
+/// Runs with a folder of its own for temporary files, which has to be empty in the end.
+Outcome RunAndLeaveNothing(const std::vector<std::string>& arguments, bool interrupt = false)
+{
+  RunOptions options;
+  options.TemporaryFolder = FreshFileName("temporary");
+  std::filesystem::create_directory(options.TemporaryFolder);
+  if (interrupt)
+  {
+    options.InterruptWhenExists = options.TemporaryFolder + "/teravox-scale-";
+    options.Signals = { SIGINT };
+  }
+  const Outcome outcome = RunProgram(arguments, options);
+  EXPECT_TRUE(std::filesystem::is_empty(options.TemporaryFolder));
+  return outcome;
+}
+
+TEST_F(ProgramPictures, BenchScaleMeasuresFormulasAndFiles)
+{
+  const Outcome outcome = RunAndLeaveNothing(
+    { "bench", "scale", "--volumes", "64", "4096", "--files", "128", "512", "--size", "64", "48",
+      "--frames", "1", "--gpu-memory", "32M", "--host-memory", "64M", "--json" });
+  ASSERT_EQ(outcome.ExitCode, 0) << outcome.Error;
+  EXPECT_EQ(outcome.Error, "");
+  const auto json = nlohmann::json::parse(outcome.Output);
+  EXPECT_EQ(json["frames"], 1);
+  for (const char* group : { "formula", "file" })
+  {
+    const bool file = std::string(group) == "file";
+    ASSERT_EQ(json[group]["rows"].size(), 2u) << group;
+    EXPECT_EQ(json[group]["rows"][1]["voxels_per_axis"], file ? 512 : 4096);
+    const auto& ratio = json[group]["ratio"];
+    for (const char* column :
+      { "first_seconds", "frame_seconds", "addressing_bytes", "host_bytes", "process_bytes",
+        "bytes_read", "bytes_uploaded", "bricks", "operations", "frame_operations" })
+    {
+      for (const auto& row : json[group]["rows"])
+      {
+        EXPECT_TRUE(row[column].is_number()) << group << " " << column;
+      }
+      const double first = json[group]["rows"][0][column];
+      const double last = json[group]["rows"][1][column];
+      if (first > 0)
+      {
+        EXPECT_NEAR(ratio[column].get<double>(), last / first, 1e-9) << group << " " << column;
+      }
+      else
+      {
+        EXPECT_TRUE(ratio[column].is_null()) << group << " " << column;
+      }
+    }
+    for (const auto& row : json[group]["rows"])
+    {
+      EXPECT_GT(row["bricks"], 0) << group;
+      EXPECT_GT(row["bytes_uploaded"], 0) << group;
+      EXPECT_EQ(row["bytes_read"].get<double>() > 0, file);
+    }
+  }
+
+  const Outcome table = RunAndLeaveNothing({ "bench", "scale", "--volumes", "64", "--files", "128",
+    "--size", "16", "16", "--frames", "1", "--gpu-memory", "16M", "--host-memory", "64M" });
+  EXPECT_EQ(table.ExitCode, 0) << table.Error;
+  EXPECT_NE(table.Output.find("last / first"), std::string::npos) << table.Output;
+}
+
+TEST_F(ProgramPictures, BenchScaleFailsInOneSentenceAndLeavesNothing)
+{
+  const auto expect = [](const Outcome& outcome, const char* text)
+  {
+    EXPECT_EQ(outcome.ExitCode, 1);
+    EXPECT_EQ(outcome.Output, "");
+    EXPECT_NE(outcome.Error.find(text), std::string::npos) << outcome.Error;
+    EXPECT_EQ(outcome.Error.find('\n'), outcome.Error.size() - 1) << outcome.Error;
+  };
+  const std::vector<std::string> small{ "bench", "scale", "--volumes", "64", "--size", "64", "48",
+    "--frames", "1", "--json" };
+  const auto with = [&small](const std::vector<std::string>& more)
+  {
+    std::vector<std::string> arguments = small;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  };
+  expect(RunAndLeaveNothing(with({ "--gpu-memory", "100K" })), "least that works");
+  expect(RunAndLeaveNothing(with({ "--gpu-memory", "32M", "--files", "200" })), "128");
+  expect(RunAndLeaveNothing(with({ "--gpu-memory", "32M", "--files", "128", "4096" }), true),
+    "interrupted");
+}
+
+TEST_F(ProgramPictures, BenchIsBenchFrame)
+{
+  const std::vector<std::string> options{ "--volumes", "32", "--size", "32", "32", "--frames", "1",
+    "--json" };
+  for (const std::vector<std::string>& name :
+    { std::vector<std::string>{ "bench" }, std::vector<std::string>{ "bench", "frame" } })
+  {
+    std::vector<std::string> arguments = name;
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Outcome outcome = RunProgram(arguments);
+    ASSERT_EQ(outcome.ExitCode, 0) << outcome.Error;
+    const auto json = nlohmann::json::parse(outcome.Output);
+    EXPECT_EQ(json["frames"], 1);
+    ASSERT_EQ(json["measurements"].size(), 6u);
+    EXPECT_EQ(json["measurements"][0]["mapper"], "teravox");
+    EXPECT_EQ(json["measurements"][0]["voxels_per_axis"], 32);
+  }
+}
+
+// The default of a large machine, a quarter of its memory, is more than some drivers give to one
+// texture: the atlas is then what they give.
+TEST_F(ProgramPictures, BudgetBeyondTheDriverIsNoError)
+{
+  RunOptions options;
+  options.AddressSpaceLimit = std::uint64_t{ 1500 } << 20;
+  const std::string out = FreshFileName("beyond.png");
+  const std::string stats = FreshFileName("beyond.json");
+  const Outcome outcome = RunProgram(
+    { "render", "formula:sponge", out, "--dimensions", "1073741824", "1073741824", "1073741824",
+      "--gpu-memory", "8G", "--host-memory", "64M", "--size", "64", "48", "--stats", stats },
+    options);
+  ASSERT_EQ(outcome.ExitCode, 0) << outcome.Error;
+  const auto json = nlohmann::json::parse(std::ifstream(stats));
+  EXPECT_TRUE(json["converged"]);
+  EXPECT_LE(json["gpu_memory_peak"].get<std::uint64_t>(), options.AddressSpaceLimit);
+  EXPECT_GE(json["gpu_memory_used"].get<std::uint64_t>(), options.AddressSpaceLimit / 32);
 }
 
 TEST_F(ProgramPictures, OldOpenGLIsOneClearError)

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "CornersReader.h"
 #include "TestPyramidSupport.h"
 
 #include <atomic>
@@ -335,56 +336,13 @@ TEST(HDF5BrickSource, ThreadsAndBudgetsChangeNoVoxel)
   }
 }
 
-/// 1 TiB of u16 with data in two opposite corners only.
-class SparseReader : public VoxelReader
-{
-public:
-  static constexpr std::int64_t Size = 8192;
-  static constexpr std::int64_t Corner = 100;
-
-  Description Describe() const override
-  {
-    return testing::Describe({ Size, Size, Size }, ScalarType::UInt16);
-  }
-  static std::uint16_t Value(std::int64_t x, std::int64_t y, std::int64_t z)
-  {
-    const bool low = x < Corner && y < Corner && z < Corner;
-    const bool high = x >= Size - Corner && y >= Size - Corner && z >= Size - Corner;
-    return static_cast<std::uint16_t>(low || high ? 1 + (x * 3 + y * 5 + z * 7) % 1000 : 0);
-  }
-  Status ReadBox(const Int3& start, const Int3& size, void* out) override
-  {
-    auto* to = static_cast<std::uint16_t*>(out);
-    for (std::int64_t z = 0; z < size[2]; ++z)
-    {
-      for (std::int64_t y = 0; y < size[1]; ++y)
-      {
-        for (std::int64_t x = 0; x < size[0]; ++x)
-        {
-          *to++ = Value(start[0] + x, start[1] + y, start[2] + z);
-        }
-      }
-    }
-    return {};
-  }
-  bool IsConstant(const Int3& start, const Int3& size, double* value) override
-  {
-    bool low = true;
-    bool high = true;
-    for (std::size_t a = 0; a < 3; ++a)
-    {
-      low = low && start[a] < Corner;
-      high = high && start[a] + size[a] > Size - Corner;
-    }
-    *value = 0;
-    return !low && !high;
-  }
-};
-
 TEST(HDF5BrickSource, SparseTebibyteCostsNothing)
 {
+  // 1 TiB of u16 with data in two opposite corners only.
   const TemporaryFolder folder;
-  SparseReader reader;
+  test::CornersReader reader(Describe({ 8192, 8192, 8192 }, ScalarType::UInt16), 100,
+    [](bool, std::int64_t x, std::int64_t y, std::int64_t z)
+    { return static_cast<int>(1 + (x * 3 + y * 5 + z * 7) % 1000); });
   const std::string file = folder.File("sparse.h5");
   PyramidWriterOptions options;
   options.MemoryLimit = 128 << 20;
@@ -416,8 +374,7 @@ TEST(HDF5BrickSource, SparseTebibyteCostsNothing)
     {
       const auto p = [&](std::int64_t local)
       { return std::clamp<std::int64_t>(std::int64_t{ at } * 64 + local - 2, 0, 8191); };
-      const std::uint16_t v =
-        SparseReader::Value(p(i % stored), p(i / stored % stored), p(i / (stored * stored)));
+      const int v = reader.ValueAt(p(i % stored), p(i / stored % stored), p(i / (stored * stored)));
       truth.Include(v);
       ASSERT_EQ(
         ValueAt(brick.Value()->Voxels.data(), ScalarType::UInt16, static_cast<std::size_t>(i)), v);

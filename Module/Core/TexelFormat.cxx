@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "TexelFormat.h"
+
+namespace teravox
+{
+
+TexelFormat TexelFormat::Choose(ScalarType type)
+{
+  switch (type)
+  {
+    case ScalarType::UInt8:
+    case ScalarType::Int8:
+      return { 1, false };
+    case ScalarType::UInt16:
+    case ScalarType::Int16:
+      return { 2, false };
+    case ScalarType::Float32:
+      return { 4, false };
+    case ScalarType::UInt32:
+    case ScalarType::Int32:
+    case ScalarType::Float64:
+    default:
+      return { 4, true };
+  }
+}
+
+} // namespace teravox

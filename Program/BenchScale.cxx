@@ -1,0 +1,407 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Does the cost follow the picture, and not the volume? One picture of volumes of all sizes that
+// look the same, as formulas and as sparse files.
+#include "ByteCount.h"
+#include "Commands.h"
+#include "ErrorCapture.h"
+#include "Interrupt.h"
+#include "SelfOutput.h"
+#include "SparseFile.h"
+#include "View.h"
+#include "vtkBrickSource.h"
+#include "vtkHDF5PyramidReader.h"
+#include "vtkOutOfCoreVolumeMapper.h"
+#include "vtkProceduralVolumeSource.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <fmt/format.h>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+#include <vtkCamera.h>
+#include <vtkColorTransferFunction.h>
+#include <vtkNew.h>
+#include <vtkPiecewiseFunction.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkSmartPointer.h>
+#include <vtkVolume.h>
+#include <vtkVolumeProperty.h>
+
+namespace teravox::program
+{
+namespace
+{
+
+using Json = nlohmann::ordered_json;
+
+/// What is measured of a volume, and how the table shows it.
+struct Column
+{
+  const char* Name; ///< in JSON
+  const char* Head;
+  enum
+  {
+    Milliseconds,
+    Bytes,
+    Count
+  } Unit;
+};
+
+// Of the first, converged picture; but for what a turned view costs after it.
+constexpr std::array<Column, 10> Columns{ {
+  { "first_seconds", "first", Column::Milliseconds },
+  { "frame_seconds", "frame", Column::Milliseconds },
+  { "addressing_bytes", "addressing", Column::Bytes },
+  { "host_bytes", "host", Column::Bytes },
+  { "process_bytes", "process", Column::Bytes },
+  { "bytes_read", "read", Column::Bytes },
+  { "bytes_uploaded", "uploaded", Column::Bytes },
+  { "bricks", "bricks", Column::Count },
+  { "operations", "operations", Column::Count },
+  { "frame_operations", "op./frame", Column::Count },
+} };
+
+/// Most main memory that this process has held; 0 where the system doesn't tell.
+std::uint64_t PeakProcessMemory()
+{
+  std::ifstream status("/proc/self/status");
+  std::string word;
+  while (status >> word)
+  {
+    if (word == "VmHWM:")
+    {
+      std::uint64_t kibibytes = 0;
+      status >> kibibytes;
+      return kibibytes * 1024;
+    }
+  }
+  return 0;
+}
+
+vtkSmartPointer<vtkBrickSourceAlgorithm> MakeFormula(std::int64_t edge)
+{
+  const auto source = vtkSmartPointer<vtkProceduralVolumeSource>::New();
+  source->SetFunction(vtkProceduralVolumeSource::SHELLS);
+  source->SetDimensions(edge, edge, edge);
+  return source.GetPointer();
+}
+
+vtkSmartPointer<vtkBrickSourceAlgorithm> OpenFile(const std::string& fileName)
+{
+  const auto reader = vtkSmartPointer<vtkHDF5PyramidReader>::New();
+  reader->SetFileName(fileName.c_str());
+  return reader.GetPointer();
+}
+
+/// The same look for every volume: what a length adds is relative to the edge.
+void SetLook(vtkVolumeProperty* property, double edge)
+{
+  vtkNew<vtkPiecewiseFunction> opacity;
+  opacity->AddPoint(0, 0);
+  opacity->AddPoint(80, 0);
+  opacity->AddPoint(120, 0.3);
+  opacity->AddPoint(255, 0.3);
+  vtkNew<vtkColorTransferFunction> color;
+  color->AddRGBPoint(0, 0.2, 0.3, 0.9);
+  color->AddRGBPoint(255, 1.0, 0.8, 0.4);
+  property->SetScalarOpacity(opacity);
+  property->SetColor(color);
+  property->SetScalarOpacityUnitDistance(edge / 128);
+  property->SetInterpolationTypeToLinear();
+}
+
+double SecondsOf(vtkRenderWindow* window)
+{
+  const auto start = std::chrono::steady_clock::now();
+  window->Render();
+  window->WaitForCompletion();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+template <typename T>
+T Median(std::vector<T> values)
+{
+  std::sort(values.begin(), values.end());
+  return values.at(values.size() / 2);
+}
+
+/// One row, in this process. The programs of the GPU are made before, with a volume of one brick:
+/// else the first row would be theirs.
+Result<Json> Measure(const ScaleOptions& options, vtkBrickSourceAlgorithm* source)
+{
+  ErrorCapture errors;
+  const auto failure = [&errors](const char* otherwise)
+  { return Status(StatusCode::InputOutput, errors.HasError() ? errors.First() : otherwise); };
+  vtkBrickSource* holder = source->GetBrickSource();
+  long long dimensions[3] = { 0, 0, 0 };
+  source->GetLevelDimensions(0, dimensions);
+  if (!holder)
+  {
+    return failure("The volume can't be opened.");
+  }
+  const auto edge = static_cast<double>(dimensions[0]);
+  const auto warm = MakeFormula(32);
+  vtkNew<vtkOutOfCoreVolumeMapper> mapper;
+  mapper->SetGPUMemoryBudget(options.GPUMemory);
+  mapper->SetHostMemoryBudget(options.HostMemory);
+  mapper->SetBrickSource(warm->GetBrickSource());
+  vtkNew<vtkVolume> volume;
+  SetLook(volume->GetProperty(), 32);
+  volume->SetMapper(mapper);
+  vtkNew<vtkRenderer> renderer;
+  renderer->AddVolume(volume);
+  vtkNew<vtkRenderWindow> window;
+  window->SetOffScreenRendering(1);
+  window->SetMultiSamples(0);
+  window->SetSize(options.Size[0], options.Size[1]);
+  window->AddRenderer(renderer);
+  vtkCamera* camera = renderer->GetActiveCamera();
+  const double aspect = static_cast<double>(options.Size[0]) / options.Size[1];
+  for (const bool warming : { true, false })
+  {
+    const Status placed = PlaceCamera(camera, CameraOptions(), volume->GetBounds(), aspect, 1.0);
+    if (!placed.Ok())
+    {
+      return placed;
+    }
+    if (warming)
+    {
+      window->Render();
+      mapper->SetBrickSource(holder);
+      SetLook(volume->GetProperty(), edge);
+    }
+  }
+  const std::uint64_t bricks = mapper->GetNumberOfBricksLoaded();
+  const std::uint64_t uploaded = mapper->GetBytesUploaded();
+  Json row;
+  row["voxels_per_axis"] = dimensions[0];
+  row["first_seconds"] = SecondsOf(window);
+  if (errors.HasError() || !mapper->IsConverged())
+  {
+    return failure("The picture didn't converge.");
+  }
+  row["addressing_bytes"] = mapper->GetAddressingMemoryUsed();
+  row["gpu_bytes"] = mapper->GetGPUMemoryUsed();
+  row["host_bytes"] = mapper->GetHostMemoryUsed();
+  row["bytes_read"] = mapper->GetBytesRead();
+  row["bytes_uploaded"] = mapper->GetBytesUploaded() - uploaded;
+  row["bricks"] = mapper->GetNumberOfBricksLoaded() - bricks;
+  row["passes"] = mapper->GetNumberOfPasses();
+  row["operations"] = mapper->GetNumberOfOperations();
+  std::vector<double> seconds;
+  std::vector<std::uint64_t> operations;
+  for (int i = 0; i < options.Frames; ++i)
+  {
+    camera->Azimuth(1.0);
+    seconds.push_back(SecondsOf(window));
+    operations.push_back(mapper->GetNumberOfOperations());
+  }
+  if (errors.HasError() || !mapper->IsConverged())
+  {
+    return failure("A frame didn't converge.");
+  }
+  row["frame_seconds"] = Median(seconds);
+  row["frame_operations"] = Median(operations);
+  row["process_bytes"] = PeakProcessMemory();
+  return row;
+}
+
+/// One row, in a process of its own: memory and caches of one volume don't serve the next.
+Result<Json> MeasureApart(const ScaleOptions& options, const std::string& name)
+{
+  const auto text =
+    OutputOfSelf({ "bench", "scale", "--only", name, "--size", std::to_string(options.Size[0]),
+      std::to_string(options.Size[1]), "--frames", std::to_string(options.Frames), "--gpu-memory",
+      std::to_string(options.GPUMemory), "--host-memory", std::to_string(options.HostMemory) });
+  if (!text.Ok())
+  {
+    return text.GetStatus();
+  }
+  Json row = Json::parse(text.Value(), nullptr, false);
+  return row.is_object()
+    ? Result<Json>(std::move(row))
+    : Result<Json>(Status(StatusCode::InputOutput, "The measurement " + name + " failed."));
+}
+
+/// The largest volume's costs by the smallest one's; null where that has none.
+Json RatioOf(const Json& rows)
+{
+  Json ratio;
+  for (const Column& column : Columns)
+  {
+    const double first = rows.front().at(column.Name).get<double>();
+    const double last = rows.back().at(column.Name).get<double>();
+    ratio[column.Name] = first > 0 ? Json(last / first) : Json();
+  }
+  return ratio;
+}
+
+/// Takes each row as soon as it is there.
+using OnRow = std::function<void(const Json& row)>;
+
+Result<Json> MeasureFormulas(const ScaleOptions& options, const OnRow& onRow)
+{
+  Json rows = Json::array();
+  for (const std::int64_t edge : options.Volumes)
+  {
+    auto row = MeasureApart(options, fmt::format("formula:{}", edge));
+    if (!row.Ok())
+    {
+      return row;
+    }
+    rows.push_back(row.Value());
+    onRow(row.Value());
+  }
+  return rows;
+}
+
+Result<Json> MeasureFiles(const ScaleOptions& options, const OnRow& onRow)
+{
+  // Until the folder is gone, Ctrl-C only asks.
+  CatchInterrupts("");
+  const SparseFolder folder;
+  if (folder.Path().empty())
+  {
+    return Status(StatusCode::InputOutput, "There is no folder for temporary files.");
+  }
+  Json rows = Json::array();
+  for (const std::int64_t edge : options.Files)
+  {
+    const std::string file = fmt::format("{}/{}.h5", folder.Path(), edge);
+    const Status written = WriteSparseFile(file, edge);
+    auto row = written.Ok() ? MeasureApart(options, "file:" + file) : Result<Json>(written);
+    if (WasInterrupted())
+    {
+      return Status(StatusCode::Cancelled, "It was interrupted; its files are removed.");
+    }
+    if (!row.Ok())
+    {
+      return row;
+    }
+    rows.push_back(row.Value());
+    onRow(row.Value());
+  }
+  return rows;
+}
+
+void PrintLine(const std::string& name, const Json& row, bool ratios)
+{
+  fmt::print("{:<20}", name);
+  for (const Column& column : Columns)
+  {
+    std::string text = "-";
+    const Json& value = row.at(column.Name);
+    if (ratios && value.is_number())
+    {
+      text = fmt::format("{:.2f}x", value.get<double>());
+    }
+    else if (value.is_number())
+    {
+      text = column.Unit == Column::Milliseconds
+        ? fmt::format("{:.0f} ms", 1e3 * value.get<double>())
+        : column.Unit == Column::Bytes ? FormatByteCount(value.get<double>())
+                                       : fmt::format("{:.0f}", value.get<double>());
+    }
+    fmt::print(" {:>10}", text);
+  }
+  fmt::print("\n");
+}
+
+void PrintHead(const std::string& name)
+{
+  fmt::print("{:<20}", name);
+  for (const Column& column : Columns)
+  {
+    fmt::print(" {:>10}", column.Head);
+  }
+  fmt::print("\n");
+}
+
+Status RunOnly(const ScaleOptions& options)
+{
+  const std::string formula = "formula:";
+  const std::string file = "file:";
+  const std::string& name = options.Only;
+  vtkSmartPointer<vtkBrickSourceAlgorithm> source;
+  if (name.rfind(formula, 0) == 0)
+  {
+    source = MakeFormula(std::atoll(name.c_str() + formula.size()));
+  }
+  else if (name.rfind(file, 0) == 0)
+  {
+    source = OpenFile(name.substr(file.size()));
+  }
+  else
+  {
+    return { StatusCode::InvalidArgument, fmt::format("'{}' names no measurement.", name) };
+  }
+  const auto row = Measure(options, source);
+  if (row.Ok())
+  {
+    fmt::print("{}\n", row.Value().dump());
+  }
+  return row.GetStatus();
+}
+
+} // namespace
+
+Status RunBenchScale(const ScaleOptions& options)
+{
+  Status display = CheckDisplay();
+  if (!display.Ok())
+  {
+    return display;
+  }
+  if (!options.Only.empty())
+  {
+    return RunOnly(options);
+  }
+  Json all;
+  all["size"] = options.Size;
+  all["frames"] = options.Frames;
+  all["gpu_memory"] = options.GPUMemory;
+  all["host_memory"] = options.HostMemory;
+  const auto print = [&options](const std::string& name, const Json& row, bool ratios)
+  {
+    if (!options.Json)
+    {
+      PrintLine(name, row, ratios);
+      std::fflush(stdout); // minutes may pass between two rows
+    }
+  };
+  const auto onRow = [&print](const Json& row)
+  { print(fmt::format("{}^3", row.at("voxels_per_axis").get<long long>()), row, false); };
+  using Measurer = Result<Json> (*)(const ScaleOptions&, const OnRow&);
+  const std::array<std::pair<const char*, Measurer>, 2> groups{ { { "formula", MeasureFormulas },
+    { "file", MeasureFiles } } };
+  for (const auto& group : groups)
+  {
+    if (!options.Json)
+    {
+      PrintHead(group.first);
+    }
+    const auto rows = group.second(options, onRow);
+    if (!rows.Ok())
+    {
+      return rows.GetStatus();
+    }
+    all[group.first] = { { "rows", rows.Value() }, { "ratio", RatioOf(rows.Value()) } };
+    print("last / first", all[group.first]["ratio"], true);
+  }
+  if (options.Json)
+  {
+    fmt::print("{}\n", all.dump(2));
+  }
+  return {};
+}
+
+} // namespace teravox::program

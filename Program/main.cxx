@@ -208,6 +208,56 @@ Run AddRender(CLI::App& app)
   return [options] { return RunRender(*options); };
 }
 
+Run AddBenchError(CLI::App& bench)
+{
+  auto options = std::make_shared<BenchErrorOptions>();
+  CLI::App* command = bench.add_subcommand(
+    "error", "Compare run time against error with VTK's GPU and fixed-point mappers");
+  command->add_option("--scenes", options->Scenes, "Names, or their beginnings with *; default all")
+    ->delimiter(',');
+  command->add_flag("--list", options->List, "Name the scenes");
+  command
+    ->add_option("--mappers", options->Mappers,
+      "teravox, vtk-gpu, vtk-gpu-wide (8-bit voxels given as 16-bit ones), vtk-fixed-point")
+    ->delimiter(',');
+  command
+    ->add_option(
+      "--tolerances", options->Tolerances, "Of our mapper, in 1/255; default 16,4,1,0.25")
+    ->delimiter(',')
+    ->check(CLI::PositiveNumber);
+  command
+    ->add_option("--distances", options->Distances,
+      "Sample distances of VTK's GPU mapper in voxels; default 2,1,0.5,0.25,0.125")
+    ->delimiter(',')
+    ->check(CLI::PositiveNumber);
+  command
+    ->add_option("--fixed-point-distances", options->FixedPointDistances,
+      "The same of its fixed-point mapper; default 1,0.5,0.25")
+    ->delimiter(',')
+    ->check(CLI::PositiveNumber);
+  command->add_option("--size", options->Size, "Width and height in pixels; default 512 512")
+    ->check(CLI::Range(16, 4096));
+  command->add_option("--frames", options->Frames, "Frames per measurement; default 5")
+    ->check(CLI::Range(1, 1000));
+  command
+    ->add_option("--every", options->Every,
+      "Take the error on each n-th pixel of each n-th row; default 4, 1 for all pixels")
+    ->check(CLI::Range(1, 16));
+  command
+    ->add_option("--longest", options->Longest,
+      "Seconds of a frame beyond which finer sample distances are left out; default 6")
+    ->check(CLI::PositiveNumber);
+  command->add_option("--cache", options->Cache, "Folder that keeps the reference pictures");
+  command->add_option("--json", options->Json, "JSON file to write");
+  command->add_option("--csv", options->Csv, "CSV file to write");
+  command->add_option("--plots", options->Plots, "Folder for curves of time against error (PNG)");
+  // What the program calls itself with.
+  command->add_option("--only", options->Only)->group("");
+  command->add_option("--work", options->Work)->group("");
+  command->add_option("--settings", options->Settings)->delimiter(',')->group("");
+  return [options] { return RunBenchError(*options); };
+}
+
 Run AddBench(CLI::App& app)
 {
   auto options = std::make_shared<BenchOptions>();
@@ -222,7 +272,9 @@ Run AddBench(CLI::App& app)
     ->check(CLI::Range(1, 1000));
   command->add_flag("--json", options->Json, "Print JSON");
   command->add_option("--only", options->Only)->group(""); // what the program calls itself with
-  return [options] { return RunBench(*options); };
+  command->require_subcommand(0, 1);
+  const Run error = AddBenchError(*command);
+  return [=] { return command->got_subcommand("error") ? error() : RunBench(*options); };
 }
 
 /// The first line of a parser's message, as a sentence.

@@ -13,6 +13,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <vtkCamera.h>
+#include <vtkFixedPointRayCastImage.h>
 #include <vtkFixedPointVolumeRayCastMapper.h>
 #include <vtkGPUVolumeRayCastMapper.h>
 #include <vtkImageData.h>
@@ -127,24 +128,61 @@ public:
     }
   }
 
-  /// Red, green, blue of the last frame: our mapper's as it comes, VTK's as the window has them in
-  /// 8 bits.
+  /// Red, green, blue of the last frame, as exact as they can be had: our mapper's in float, VTK's
+  /// fixed-point mapper's in 15 bits, VTK's GPU mapper's as the window has them in 8 bits.
   std::vector<float> Picture()
   {
+    return this->Own ? this->OwnPicture()
+      : this->GPU    ? this->WindowPicture()
+                     : this->FixedPointPicture();
+  }
+
+private:
+  std::vector<float> OwnPicture()
+  {
     std::vector<float> picture;
-    if (this->Own)
+    vtkNew<vtkImageData> image;
+    if (this->Own->GetColorAccumulator(image))
     {
-      vtkNew<vtkImageData> image;
-      if (this->Own->GetColorAccumulator(image))
+      const auto* rgba = static_cast<const float*>(image->GetScalarPointer());
+      for (vtkIdType i = 0; i < image->GetNumberOfPoints(); ++i)
       {
-        const auto* rgba = static_cast<const float*>(image->GetScalarPointer());
-        for (vtkIdType i = 0; i < image->GetNumberOfPoints(); ++i)
+        picture.insert(picture.end(), rgba + 4 * i, rgba + 4 * i + 3);
+      }
+    }
+    return picture;
+  }
+
+  /// The rays as they were cast, not the window's picture: on its way there VTK 9.1 stretches n
+  /// pixels over n - 1 and interpolates, which costs more than all the rest.
+  std::vector<float> FixedPointPicture()
+  {
+    std::vector<float> picture(3 * static_cast<std::size_t>(this->Size[0]) * this->Size[1], 0.0F);
+    vtkFixedPointRayCastImage* image = this->FixedPoint->GetRayCastImage();
+    const int* used = image->GetImageInUseSize();
+    const int* stored = image->GetImageMemorySize();
+    const int* origin = image->GetImageOrigin();
+    constexpr float one = 32767;
+    for (int y = 0; y < used[1]; ++y)
+    {
+      for (int x = 0; x < used[0]; ++x)
+      {
+        const unsigned short* rgba = image->GetImage() + 4 * (y * stored[0] + x);
+        const std::size_t at = 3 *
+          (static_cast<std::size_t>(y + origin[1]) * this->Size[0] +
+            static_cast<std::size_t>(x + origin[0]));
+        for (std::size_t c = 0; c < 3; ++c)
         {
-          picture.insert(picture.end(), rgba + 4 * i, rgba + 4 * i + 3);
+          picture.at(at + c) = std::min(static_cast<float>(rgba[c]) / one, 1.0F);
         }
       }
-      return picture;
     }
+    return picture;
+  }
+
+  std::vector<float> WindowPicture()
+  {
+    std::vector<float> picture;
     vtkNew<vtkUnsignedCharArray> pixels;
     this->Window->GetRGBACharPixelData(0, 0, this->Size[0] - 1, this->Size[1] - 1, 0, pixels);
     for (vtkIdType i = 0; i < pixels->GetNumberOfValues(); ++i)
@@ -157,7 +195,6 @@ public:
     return picture;
   }
 
-private:
   const std::string Name;
   double Voxel = 1;
   std::array<int, 2> Size{};

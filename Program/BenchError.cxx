@@ -15,6 +15,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
+#include <map>
+#include <memory>
 #include <system_error>
 #include <utility>
 
@@ -74,7 +76,7 @@ void PrintList()
 
 const std::vector<double>& SettingsOf(const BenchErrorOptions& options, const std::string& mapper)
 {
-  return mapper == OwnMapper     ? options.Tolerances
+  return IsOurs(mapper)          ? options.Tolerances
     : mapper == FixedPointMapper ? options.FixedPointDistances
                                  : options.Distances;
 }
@@ -112,22 +114,30 @@ Result<BenchSceneResult> MeasureScene(const BenchErrorOptions& options, const Be
   result.Type = ToString(volume.Value().Type);
   result.Dimensions = volume.Value().Dimensions;
   Status status = WriteBenchVolume(volume.Value(), VolumeFile(options.Work));
-  auto truth = BenchTruth::Make(scene, volume.Value(), options.Size, options.Every, options.Cache);
-  if (!status.Ok() || !truth.Ok())
-  {
-    return status.Ok() ? truth.GetStatus() : status;
-  }
+  std::map<BenchLevels, std::unique_ptr<BenchTruth>> truths;
   for (const std::string& mapper : options.Mappers)
   {
     if (mapper == WideGPUMapper && SizeOf(volume.Value().Type) != 1)
     {
       continue; // as it is in vtk-gpu
     }
+    const BenchLevels levels = mapper == LevelsMapper ? BenchLevels::ByPixel : BenchLevels::Finest;
+    if (status.Ok() && !truths[levels])
+    {
+      auto truth =
+        BenchTruth::Make(scene, volume.Value(), options.Size, options.Every, levels, options.Cache);
+      status = truth.GetStatus();
+      truths[levels] = truth.Ok() ? std::move(truth.Value()) : nullptr;
+    }
+    if (!status.Ok())
+    {
+      return status;
+    }
     std::vector<double> settings = SettingsOf(options, mapper);
     std::sort(settings.rbegin(), settings.rend());
     auto measured = MeasureApart(options, { scene.Name, mapper, settings });
     status = measured.Ok()
-      ? CompareWithTruth(options, *truth.Value(), measured.Value().Points)
+      ? CompareWithTruth(options, *truths[levels], measured.Value().Points)
       : Status(StatusCode::InputOutput,
           fmt::format("{} with {}: {}", scene.Name, mapper, measured.GetStatus().Message()));
     if (!status.Ok())
@@ -138,7 +148,10 @@ Result<BenchSceneResult> MeasureScene(const BenchErrorOptions& options, const Be
     result.Points.insert(result.Points.end(), own.Points.begin(), own.Points.end());
     result.LeftOut.insert(result.LeftOut.end(), own.LeftOut.begin(), own.LeftOut.end());
   }
-  status = truth.Value()->Save();
+  for (const auto& [levels, truth] : truths)
+  {
+    status = status.Ok() ? truth->Save() : status;
+  }
   return status.Ok() ? Result<BenchSceneResult>(std::move(result)) : status;
 }
 
@@ -166,12 +179,12 @@ Status CheckMappers(const std::vector<std::string>& mappers)
 {
   for (const std::string& mapper : mappers)
   {
-    if (mapper != OwnMapper && mapper != GPUMapper && mapper != WideGPUMapper &&
+    if (!IsOurs(mapper) && mapper != GPUMapper && mapper != WideGPUMapper &&
       mapper != FixedPointMapper)
     {
       return { StatusCode::InvalidArgument,
-        fmt::format("'{}' is no mapper; there are {}, {}, {} and {}.", mapper, OwnMapper, GPUMapper,
-          WideGPUMapper, FixedPointMapper) };
+        fmt::format("'{}' is no mapper; there are {}, {}, {}, {} and {}.", mapper, OwnMapper,
+          LevelsMapper, GPUMapper, WideGPUMapper, FixedPointMapper) };
     }
   }
   return {};

@@ -47,12 +47,15 @@ public:
   {
     this->Voxel = data.SmallestSpacing();
     this->Size = size;
-    if (this->Name == OwnMapper)
+    if (IsOurs(this->Name))
     {
       this->Own = vtkSmartPointer<vtkOutOfCoreVolumeMapper>::New();
       this->Own->SetGPUMemoryBudget(std::uint64_t{ 2 } << 30);
       this->Own->SetHostMemoryBudget(std::uint64_t{ 2 } << 30);
-      this->Own->SetMaximumLevel(0); // what VTK's mappers draw
+      if (this->Name == OwnMapper)
+      {
+        this->Own->SetMaximumLevel(0); // what VTK's mappers draw
+      }
       this->Mapper = this->Own;
     }
     else if (this->Name == FixedPointMapper)
@@ -279,7 +282,7 @@ Status Measure(const BenchErrorOptions& options, const BenchTask& task)
       continue;
     }
     BenchPoint point = MeasurePoint(stage, options, task.Settings[i]);
-    tooSlow = point.MedianSeconds > options.Longest && task.Mapper != OwnMapper;
+    tooSlow = point.MedianSeconds > options.Longest && !IsOurs(task.Mapper);
     const bool converged = stage.IsConverged();
     const std::string file = fmt::format("{}/picture-{}", options.Work, i);
     status = WritePicture(stage.Picture(), file);

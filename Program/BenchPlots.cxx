@@ -39,8 +39,9 @@ struct Curve
   int Marker;
 };
 
-constexpr std::array<Curve, 4> Curves{ {
+constexpr std::array<Curve, 5> Curves{ {
   { OwnMapper, "Teravox", { 200, 40, 30 }, vtkPlotPoints::CIRCLE },
+  { LevelsMapper, "Teravox, with levels", { 240, 150, 60 }, vtkPlotPoints::DIAMOND },
   { GPUMapper, "VTK GPU", { 30, 90, 200 }, vtkPlotPoints::SQUARE },
   { WideGPUMapper, "VTK GPU, 16 bits", { 110, 150, 220 }, vtkPlotPoints::DIAMOND },
   { FixedPointMapper, "VTK fixed point", { 20, 140, 60 }, vtkPlotPoints::CROSS },
@@ -114,7 +115,8 @@ Status WritePlot(const BenchSceneResult& result, const std::string& file)
     vtkNew<vtkTable> table;
     table->AddColumn(error);
     table->AddColumn(time);
-    auto* plot = vtkPlotPoints::SafeDownCast(chart->AddPlot(vtkChart::LINE));
+    auto* plot = vtkPlotPoints::SafeDownCast(chart->AddPlot(
+      error->GetNumberOfValues() == 1 ? vtkChart::POINTS : vtkChart::LINE)); // a line needs two
     plot->SetInputData(table, 0, 1);
     plot->SetColor(curve.Color[0], curve.Color[1], curve.Color[2], 255);
     plot->SetWidth(2);

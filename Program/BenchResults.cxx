@@ -23,7 +23,7 @@ double ErrorOf(const BenchPoint& point, bool envelope)
 
 std::string SettingText(const std::string& mapper, double setting)
 {
-  return mapper == OwnMapper ? fmt::format("{:g}/255", setting) : fmt::format("{:g} vox", setting);
+  return IsOurs(mapper) ? fmt::format("{:g}/255", setting) : fmt::format("{:g} vox", setting);
 }
 
 std::string Count(double number)
@@ -42,11 +42,11 @@ nlohmann::ordered_json ToJson(const BenchErrors& errors)
 nlohmann::ordered_json ToJson(const BenchPoint& point)
 {
   nlohmann::ordered_json json{ { "mapper", point.Mapper },
-    { point.Mapper == OwnMapper ? "tolerance" : "sample_distance",
-      point.Mapper == OwnMapper ? point.Setting / 255 : point.Setting },
+    { IsOurs(point.Mapper) ? "tolerance" : "sample_distance",
+      IsOurs(point.Mapper) ? point.Setting / 255 : point.Setting },
     { "first_seconds", point.FirstSeconds }, { "median_seconds", point.MedianSeconds },
     { "error", ToJson(point.Errors) } };
-  if (point.Mapper == OwnMapper)
+  if (IsOurs(point.Mapper))
   {
     json["converged"] = point.Converged;
     json["samples_per_pixel"] = point.SamplesPerPixel;
@@ -134,12 +134,17 @@ private:
 
 } // namespace
 
+bool IsOurs(const std::string& mapper)
+{
+  return mapper == OwnMapper || mapper == LevelsMapper;
+}
+
 std::vector<BenchRatio> RatiosOf(const BenchSceneResult& result, bool envelope)
 {
   std::vector<BenchRatio> ratios;
   for (const BenchPoint& peer : result.Points)
   {
-    if (peer.Mapper == OwnMapper)
+    if (IsOurs(peer.Mapper))
     {
       continue;
     }

@@ -13,8 +13,13 @@
 namespace teravox::program
 {
 
+/// Is it our mapper, with or without levels of detail?
+bool IsOurs(const std::string& mapper);
+
 /// The mappers that are compared.
 inline constexpr const char* OwnMapper = "teravox";
+/// Ours with the levels of detail that it takes by default, measured against the pyramid's truth.
+inline constexpr const char* LevelsMapper = "teravox-levels";
 inline constexpr const char* GPUMapper = "vtk-gpu";
 /// VTK's GPU mapper, 8-bit voxels given as 16-bit ones.
 inline constexpr const char* WideGPUMapper = "vtk-gpu-wide";

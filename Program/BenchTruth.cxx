@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "BenchTruth.h"
 
+#include "BrickSource.h"
 #include "TruthIntegrator.h"
 
 #include <algorithm>
@@ -127,21 +128,45 @@ TruthHeadlight MakeHeadlight(const BenchVolume& volume)
 
 } // namespace
 
+namespace
+{
+
+/// The voxels of the levels above 0. The source is read as our mapper reads it.
+using UpperLevels = std::vector<std::vector<std::byte>>;
+
+std::vector<TruthLevel> MakeLevels(
+  const BenchVolume& volume, const PyramidLayout* layout, const UpperLevels& upper)
+{
+  std::vector<TruthLevel> levels{ TruthLevel::FromArray(
+    volume.Type, volume.Voxels.data(), volume.Dimensions) };
+  for (std::size_t i = 0; i < upper.size(); ++i)
+  {
+    const int level = static_cast<int>(i) + 1;
+    levels.push_back(TruthLevel::FromArray(
+      volume.Type, upper[i].data(), layout->Dimensions(level), layout->Factor(level)));
+  }
+  return levels;
+}
+
+} // namespace
+
 class BenchTruth::Implementation
 {
 public:
-  Implementation(const BenchScene& scene, const BenchVolume& volume, vtkCamera* camera,
-    const std::array<int, 2>& size, int every)
+  Implementation(const BenchScene& scene, const BenchVolume& volume, const PyramidLayout* layout,
+    UpperLevels upper, vtkCamera* camera, const std::array<int, 2>& size, int every)
     : View(ToMatrix(camera->GetModelViewTransformMatrix()))
     , Projection(ToMatrix(camera->GetProjectionTransformMatrix(
         static_cast<double>(size[0]) / static_cast<double>(size[1]), -1, 1)))
-    , Volume({ TruthLevel::FromArray(volume.Type, volume.Voxels.data(), volume.Dimensions) },
+    , Upper(std::move(upper))
+    , Volume(MakeLevels(volume, layout, Upper),
         TruthVolume::WorldFromVoxel({ 0, 0, 0 }, volume.Spacing), TruthInterpolation::Linear, false)
     , Transfer(MakeTransfer(scene, volume))
     , Camera(View, Projection, size[0], size[1])
     , Headlight(MakeHeadlight(volume))
-    , Scene{ Volume, Transfer, Camera, TruthLevelOfDetail(0), scene.Shade ? &Headlight : nullptr,
-      TruthTolerance, IdentityMatrix() }
+    , Scene{ Volume, Transfer, Camera,
+      Upper.empty() ? TruthLevelOfDetail(0) : TruthLevelOfDetail(Volume, Camera),
+      scene.Shade ? &Headlight : nullptr, TruthTolerance, IdentityMatrix() }
   {
     for (int y = every / 2; y < size[1]; y += every)
     {
@@ -161,13 +186,20 @@ public:
     print.AddAll(scene.Color);
     print.Add(scene.UnitDistance);
     print.Add(scene.Shade ? 1 : 0);
-    const BenchMaterial light;
-    print.AddAll(
-      std::array<double, 4>{ light.Ambient, light.Diffuse, light.Specular, light.SpecularPower });
+    if (scene.Shade)
+    {
+      const BenchMaterial light;
+      print.AddAll(
+        std::array<double, 4>{ light.Ambient, light.Diffuse, light.Specular, light.SpecularPower });
+    }
     print.Add(static_cast<int>(volume.Type));
     print.AddAll(volume.Dimensions);
     print.AddAll(volume.Spacing);
     print.AddAll(volume.Voxels);
+    for (const std::vector<std::byte>& level : this->Upper)
+    {
+      print.AddAll(level);
+    }
     this->Key = print.Value();
   }
 
@@ -248,6 +280,7 @@ public:
 
   const Matrix4 View;
   const Matrix4 Projection;
+  const UpperLevels Upper;
   const TruthVolume Volume;
   const TruthTransfer Transfer;
   const TruthCamera Camera;
@@ -265,7 +298,8 @@ BenchTruth::BenchTruth() = default;
 BenchTruth::~BenchTruth() = default;
 
 Result<std::unique_ptr<BenchTruth>> BenchTruth::Make(const BenchScene& scene,
-  const BenchVolume& volume, const std::array<int, 2>& size, int every, const std::string& cache)
+  const BenchVolume& volume, const std::array<int, 2>& size, int every, BenchLevels levels,
+  const std::string& cache)
 {
   vtkNew<vtkCamera> camera;
   Status status = SetUp(scene, volume, static_cast<double>(size[0]) / size[1], camera);
@@ -273,8 +307,25 @@ Result<std::unique_ptr<BenchTruth>> BenchTruth::Make(const BenchScene& scene,
   {
     return status;
   }
+  const auto source = MakeSource(volume);
+  if (!source.Ok())
+  {
+    return source.GetStatus();
+  }
+  const PyramidLayout& layout = source.Value()->Info().Layout;
+  UpperLevels upper;
+  for (int i = 1; levels == BenchLevels::ByPixel && i < layout.NumberOfLevels(); ++i)
+  {
+    auto level = ReadLevel(*source.Value(), i);
+    if (!level.Ok())
+    {
+      return level.GetStatus();
+    }
+    upper.push_back(std::move(level.Value()));
+  }
   std::unique_ptr<BenchTruth> truth(new BenchTruth);
-  truth->Self = std::make_unique<Implementation>(scene, volume, camera, size, every);
+  truth->Self =
+    std::make_unique<Implementation>(scene, volume, &layout, std::move(upper), camera, size, every);
   Implementation& self = *truth->Self;
   self.File = fmt::format("{}/{}-{:016x}.truth", cache, scene.Name, self.Key);
   self.Samples.resize(self.Pixels.size());

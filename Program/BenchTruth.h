@@ -26,15 +26,24 @@ struct BenchErrors
   double EnvelopePercentile999 = 0;
 };
 
+/// Which truth: that of the data, which VTK's mappers draw, or that of the pyramid at the
+/// resolution of pixels.
+enum class BenchLevels
+{
+  Finest,
+  ByPixel
+};
+
 /// The reference integrator's picture of a scene, on every `every`-th pixel of each row and column.
 /// What has been computed once is kept in a file. Requires: the volume outlives it.
 class BenchTruth
 {
 public:
   /// `cache`: folder of the file.
-  /// Errors: the camera.
+  /// Errors: the camera, a level that can't be read.
   static Result<std::unique_ptr<BenchTruth>> Make(const BenchScene& scene,
-    const BenchVolume& volume, const std::array<int, 2>& size, int every, const std::string& cache);
+    const BenchVolume& volume, const std::array<int, 2>& size, int every, BenchLevels levels,
+    const std::string& cache);
   BenchTruth(const BenchTruth&) = delete;
   BenchTruth& operator=(const BenchTruth&) = delete;
   BenchTruth(BenchTruth&&) = delete;

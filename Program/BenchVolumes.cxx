@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "BenchVolumes.h"
 
+#include "ArrayBrickSource.h"
 #include "ErrorCapture.h"
 #include "Formula.h"
 #include "VTKScalarType.h"
@@ -309,6 +310,56 @@ Result<BenchVolume> ReadBenchVolume(const std::string& file)
   }
   return stream ? Result<BenchVolume>(std::move(volume))
                 : Status(StatusCode::InputOutput, file + " can't be read.");
+}
+
+Result<std::shared_ptr<BrickSource>> MakeSource(const BenchVolume& volume)
+{
+  ArrayDescription array;
+  array.Data = volume.Voxels.data();
+  array.Type = volume.Type;
+  array.Dimensions = volume.Dimensions;
+  array.Spacing = volume.Spacing;
+  auto source = ArrayBrickSource::Make(array);
+  return source.Ok() ? Result<std::shared_ptr<BrickSource>>(source.Value()) : source.GetStatus();
+}
+
+Result<std::vector<std::byte>> ReadLevel(BrickSource& source, int level)
+{
+  const VolumeInfo& info = source.Info();
+  const Int3& dims = info.Layout.Dimensions(level);
+  const Int3& bricks = info.Layout.Bricks(level);
+  const std::int64_t inner = info.Layout.BrickSize();
+  const std::int64_t stored = info.Layout.StoredSize();
+  const auto bytes = static_cast<std::int64_t>(SizeOf(info.Type));
+  std::vector<std::byte> voxels(static_cast<std::size_t>(dims[0] * dims[1] * dims[2] * bytes));
+  for (std::int64_t b = 0; b < bricks[0] * bricks[1] * bricks[2]; ++b)
+  {
+    const Int3 at{ b % bricks[0], b / bricks[0] % bricks[1], b / bricks[0] / bricks[1] };
+    BrickKey key;
+    key.Level = static_cast<std::uint8_t>(level);
+    key.X = static_cast<std::uint32_t>(at[0]);
+    key.Y = static_cast<std::uint32_t>(at[1]);
+    key.Z = static_cast<std::uint32_t>(at[2]);
+    const Result<BrickPointer> brick = source.ReadBrick(key);
+    if (!brick.Ok())
+    {
+      return brick.GetStatus();
+    }
+    const std::int64_t x = at[0] * inner;
+    const std::int64_t row = std::min(x + inner, dims[0]) - x;
+    for (std::int64_t z = at[2] * inner; z < std::min((at[2] + 1) * inner, dims[2]); ++z)
+    {
+      for (std::int64_t y = at[1] * inner; y < std::min((at[1] + 1) * inner, dims[1]); ++y)
+      {
+        const std::int64_t from =
+          ((z - at[2] * inner + BrickBorder) * stored + y - at[1] * inner + BrickBorder) * stored +
+          BrickBorder;
+        std::copy_n(brick.Value()->Voxels.begin() + from * bytes, row * bytes,
+          voxels.begin() + ((z * dims[1] + y) * dims[0] + x) * bytes);
+      }
+    }
+  }
+  return voxels;
 }
 
 vtkSmartPointer<vtkImageData> ToImage(const BenchVolume& volume, bool wide)

@@ -6,11 +6,17 @@
 #include "Types.h"
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 #include <vtkSmartPointer.h>
 
 class vtkImageData;
+
+namespace teravox
+{
+class BrickSource;
+}
 
 namespace teravox::program
 {
@@ -45,6 +51,12 @@ Result<BenchVolume> MakeBenchVolume(BenchField field, int size);
 /// As a file that another process of this program reads again.
 Status WriteBenchVolume(const BenchVolume& volume, const std::string& file);
 Result<BenchVolume> ReadBenchVolume(const std::string& file);
+
+/// A source of its bricks, as our mapper makes one of an image. Requires: the volume outlives it.
+Result<std::shared_ptr<BrickSource>> MakeSource(const BenchVolume& volume);
+
+/// One level of a source's first component and time step, as a dense array of the source's type.
+Result<std::vector<std::byte>> ReadLevel(BrickSource& source, int level);
 
 /// As VTK's mappers want it. `wide`: 8-bit voxels as 16-bit ones.
 vtkSmartPointer<vtkImageData> ToImage(const BenchVolume& volume, bool wide);

@@ -218,7 +218,8 @@ Run AddBenchError(CLI::App& bench)
   command->add_flag("--list", options->List, "Name the scenes");
   command
     ->add_option("--mappers", options->Mappers,
-      "teravox, vtk-gpu, vtk-gpu-wide (8-bit voxels given as 16-bit ones), vtk-fixed-point")
+      "teravox, teravox-levels (against the pyramid's truth), vtk-gpu, vtk-gpu-wide (8-bit voxels "
+      "given as 16-bit ones), vtk-fixed-point; default teravox,vtk-gpu,vtk-fixed-point")
     ->delimiter(',');
   command
     ->add_option(

@@ -230,7 +230,7 @@ Status MeasureAll(BenchErrorOptions& options, const std::vector<BenchScene>& sce
       return status;
     }
   }
-  PrintSummary(results);
+  PrintSummary(results, options.CPUTime);
   return {};
 }
 

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <fstream>
@@ -32,6 +33,25 @@ namespace
 std::string ResultFile(const std::string& work)
 {
   return work + "/points.json";
+}
+
+struct Duration
+{
+  double Seconds = 0;
+  double CPUSeconds = 0; ///< of all threads
+};
+
+double CPUSeconds()
+{
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+double MedianOf(std::vector<double> numbers)
+{
+  std::sort(numbers.begin(), numbers.end());
+  return numbers[numbers.size() / 2];
 }
 
 /// A window with the scene and one of the mappers.
@@ -103,15 +123,17 @@ public:
     }
   }
 
-  /// Draws from the reference camera turned by some degrees; seconds.
-  double Draw(double degrees)
+  /// Draws from the reference camera turned by some degrees.
+  Duration Draw(double degrees)
   {
     this->Camera->DeepCopy(this->ReferenceCamera);
     this->Camera->Azimuth(degrees);
     const auto start = std::chrono::steady_clock::now();
+    const double cpuStart = CPUSeconds();
     this->Window->Render();
     this->Window->WaitForCompletion();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return { std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
+      CPUSeconds() - cpuStart };
   }
 
   bool IsConverged() { return !this->Own || this->Own->IsConverged(); }
@@ -219,14 +241,17 @@ BenchPoint MeasurePoint(Stage& stage, const BenchErrorOptions& options, double s
   BenchPoint point;
   point.Setting = setting;
   stage.SetSetting(setting);
-  point.FirstSeconds = stage.Draw(0.1 * options.Frames);
+  point.FirstSeconds = stage.Draw(0.1 * options.Frames).Seconds;
   std::vector<double> seconds;
+  std::vector<double> cpuSeconds;
   for (int frame = options.Frames - 1; frame >= 0; --frame)
   {
-    seconds.push_back(stage.Draw(0.1 * frame));
+    const Duration duration = stage.Draw(0.1 * frame);
+    seconds.push_back(duration.Seconds);
+    cpuSeconds.push_back(duration.CPUSeconds);
   }
-  std::sort(seconds.begin(), seconds.end());
-  point.MedianSeconds = seconds[seconds.size() / 2];
+  point.MedianSeconds = MedianOf(seconds);
+  point.CPUSeconds = MedianOf(cpuSeconds);
   return point;
 }
 
@@ -296,7 +321,7 @@ Status Measure(const BenchErrorOptions& options, const BenchTask& task)
       return status;
     }
     json["points"].push_back({ { "setting", point.Setting }, { "first", point.FirstSeconds },
-      { "median", point.MedianSeconds }, { "converged", converged },
+      { "median", point.MedianSeconds }, { "cpu", point.CPUSeconds }, { "converged", converged },
       { "samples", point.SamplesPerPixel }, { "contributing", point.ContributingPerPixel },
       { "picture", file } });
   }
@@ -330,6 +355,7 @@ Result<BenchTaskResult> MeasureApart(const BenchErrorOptions& options, const Ben
     point.Setting = entry["setting"];
     point.FirstSeconds = entry["first"];
     point.MedianSeconds = entry["median"];
+    point.CPUSeconds = entry["cpu"];
     point.Converged = entry["converged"];
     point.SamplesPerPixel = entry["samples"];
     point.ContributingPerPixel = entry["contributing"];

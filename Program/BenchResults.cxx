@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace teravox::program
 {
@@ -16,9 +17,19 @@ namespace
 
 constexpr std::array<const char*, 3> Peers{ GPUMapper, WideGPUMapper, FixedPointMapper };
 
-double ErrorOf(const BenchPoint& point, bool envelope)
+/// In the order of the files; the names follow "ratios" and "summary".
+constexpr std::array<std::pair<const char*, BenchRule>, 4> Rules{ { { "", { false, false } },
+  { "_envelope", { false, true } }, { "_cpu", { true, false } },
+  { "_cpu_envelope", { true, true } } } };
+
+double TimeOf(const BenchPoint& point, const BenchRule& rule)
 {
-  return envelope ? point.Errors.EnvelopePercentile999 : point.Errors.Percentile999;
+  return std::max(rule.CPUTime ? point.CPUSeconds : point.MedianSeconds, 1e-9);
+}
+
+double ErrorOf(const BenchPoint& point, const BenchRule& rule)
+{
+  return rule.Envelope ? point.Errors.EnvelopePercentile999 : point.Errors.Percentile999;
 }
 
 std::string SettingText(const std::string& mapper, double setting)
@@ -45,7 +56,7 @@ nlohmann::ordered_json ToJson(const BenchPoint& point)
     { IsOurs(point.Mapper) ? "tolerance" : "sample_distance",
       IsOurs(point.Mapper) ? point.Setting / 255 : point.Setting },
     { "first_seconds", point.FirstSeconds }, { "median_seconds", point.MedianSeconds },
-    { "error", ToJson(point.Errors) } };
+    { "median_cpu_seconds", point.CPUSeconds }, { "error", ToJson(point.Errors) } };
   if (IsOurs(point.Mapper))
   {
     json["converged"] = point.Converged;
@@ -83,11 +94,11 @@ nlohmann::ordered_json ToJson(const BenchSceneResult& result)
   {
     json["left_out"].push_back({ { "mapper", left.Mapper }, { "sample_distance", left.Setting } });
   }
-  for (const bool envelope : { false, true })
+  for (const auto& [name, rule] : Rules)
   {
-    auto& ratios = json[envelope ? "ratios_envelope" : "ratios"];
+    auto& ratios = json[fmt::format("ratios{}", name)];
     ratios = nlohmann::ordered_json::array();
-    for (const BenchRatio& ratio : RatiosOf(result, envelope))
+    for (const BenchRatio& ratio : RatiosOf(result, rule))
     {
       ratios.push_back(ToJson(ratio));
     }
@@ -139,7 +150,7 @@ bool IsOurs(const std::string& mapper)
   return mapper == OwnMapper || mapper == LevelsMapper;
 }
 
-std::vector<BenchRatio> RatiosOf(const BenchSceneResult& result, bool envelope)
+std::vector<BenchRatio> RatiosOf(const BenchSceneResult& result, const BenchRule& rule)
 {
   std::vector<BenchRatio> ratios;
   for (const BenchPoint& peer : result.Points)
@@ -156,12 +167,12 @@ std::vector<BenchRatio> RatiosOf(const BenchSceneResult& result, bool envelope)
       {
         continue;
       }
-      if (ErrorOf(own, envelope) <= ErrorOf(peer, envelope) &&
-        (!fastest || own.MedianSeconds < fastest->MedianSeconds))
+      if (ErrorOf(own, rule) <= ErrorOf(peer, rule) &&
+        (!fastest || TimeOf(own, rule) < TimeOf(*fastest, rule)))
       {
         fastest = &own;
       }
-      if (!best || ErrorOf(own, envelope) < ErrorOf(*best, envelope))
+      if (!best || ErrorOf(own, rule) < ErrorOf(*best, rule))
       {
         best = &own;
       }
@@ -169,13 +180,14 @@ std::vector<BenchRatio> RatiosOf(const BenchSceneResult& result, bool envelope)
     if (const BenchPoint* own = fastest ? fastest : best)
     {
       ratios.push_back({ peer.Mapper, peer.Setting, own->Setting,
-        peer.MedianSeconds / std::max(own->MedianSeconds, 1e-9), fastest != nullptr });
+        TimeOf(peer, rule) / TimeOf(*own, rule), fastest != nullptr });
     }
   }
   return ratios;
 }
 
-std::vector<BenchSummary> Summarize(const std::vector<BenchSceneResult>& results, bool envelope)
+std::vector<BenchSummary> Summarize(
+  const std::vector<BenchSceneResult>& results, const BenchRule& rule)
 {
   std::vector<BenchSummary> summaries;
   for (const char* mapper : Peers)
@@ -187,7 +199,7 @@ std::vector<BenchSummary> Summarize(const std::vector<BenchSceneResult>& results
     for (const BenchSceneResult& result : results)
     {
       Mean ofScene;
-      for (const BenchRatio& ratio : RatiosOf(result, envelope))
+      for (const BenchRatio& ratio : RatiosOf(result, rule))
       {
         if (ratio.Mapper != mapper)
         {
@@ -220,9 +232,10 @@ void PrintHeader()
 {
   fmt::print("Errors in 1/255 (red, green, blue over black); envelope: what is left outside of 9 "
              "rays within 1/32 pixel.\n");
-  fmt::print("{:<22} {:<16} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} | {:>8} {:>8} | {:>8} {:>8}\n",
-    "scene", "mapper", "setting", "ms", "max", "99.9 %", "99 %", "rms", "env. max", "99.9 %",
-    "samples", "contrib.");
+  fmt::print(
+    "{:<22} {:<16} {:>9} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} | {:>8} {:>8} | {:>8} {:>8}\n",
+    "scene", "mapper", "setting", "ms", "CPU ms", "max", "99.9 %", "99 %", "rms", "env. max",
+    "99.9 %", "samples", "contrib.");
 }
 
 void PrintScene(const BenchSceneResult& result)
@@ -235,12 +248,14 @@ void PrintScene(const BenchSceneResult& result)
   for (const BenchPoint& point : result.Points)
   {
     const BenchErrors& e = point.Errors;
-    fmt::print("{:<22} {:<16} {:>9} {:>9.1f} {:>8.3f} {:>8.3f} {:>8.3f} {:>8.4f} | {:>8.3f} "
-               "{:>8.3f} | {:>8} {:>8}{}\n",
+    fmt::print(
+      "{:<22} {:<16} {:>9} {:>9.1f} {:>9.1f} {:>8.3f} {:>8.3f} {:>8.3f} {:>8.4f} | {:>8.3f} "
+      "{:>8.3f} | {:>8} {:>8}{}\n",
       result.Scene.Name, point.Mapper, SettingText(point.Mapper, point.Setting),
-      1e3 * point.MedianSeconds, 255 * e.Max, 255 * e.Percentile999, 255 * e.Percentile99,
-      255 * e.Rms, 255 * e.EnvelopeMax, 255 * e.EnvelopePercentile999, Count(point.SamplesPerPixel),
-      Count(point.ContributingPerPixel), point.Converged ? "" : " NOT CONVERGED");
+      1e3 * point.MedianSeconds, 1e3 * point.CPUSeconds, 255 * e.Max, 255 * e.Percentile999,
+      255 * e.Percentile99, 255 * e.Rms, 255 * e.EnvelopeMax, 255 * e.EnvelopePercentile999,
+      Count(point.SamplesPerPixel), Count(point.ContributingPerPixel),
+      point.Converged ? "" : " NOT CONVERGED");
   }
   for (const BenchLeftOut& left : result.LeftOut)
   {
@@ -250,16 +265,16 @@ void PrintScene(const BenchSceneResult& result)
   std::fflush(stdout);
 }
 
-void PrintSummary(const std::vector<BenchSceneResult>& results)
+void PrintSummary(const std::vector<BenchSceneResult>& results, bool cpuTime)
 {
-  fmt::print(
-    "\nVTK's time over ours at equal or smaller error (99.9th percentile); * no setting of "
-    "ours was as good.\n");
+  fmt::print("\nVTK's {} over ours at equal or smaller error (99.9th percentile); * no setting of "
+             "ours was as good.\n",
+    cpuTime ? "processor time" : "time");
   for (const BenchSceneResult& result : results)
   {
     std::string line;
     std::string mapper;
-    for (const BenchRatio& ratio : RatiosOf(result, false))
+    for (const BenchRatio& ratio : RatiosOf(result, { cpuTime, false }))
     {
       if (ratio.Mapper != mapper)
       {
@@ -275,7 +290,7 @@ void PrintSummary(const std::vector<BenchSceneResult>& results)
   }
   for (const bool envelope : { false, true })
   {
-    for (const BenchSummary& summary : Summarize(results, envelope))
+    for (const BenchSummary& summary : Summarize(results, { cpuTime, envelope }))
     {
       fmt::print("geometric mean of {} scenes, {}{}: {:.2f} at one voxel, {:.2f} over all points"
                  " ({} not reached)\n",
@@ -298,26 +313,30 @@ Status WriteJson(const BenchErrorOptions& options, const std::vector<BenchSceneR
   {
     json["scenes"].push_back(ToJson(result));
   }
-  json["summary"] = ToJson(Summarize(results, false));
-  json["summary_envelope"] = ToJson(Summarize(results, true));
+  for (const auto& [name, rule] : Rules)
+  {
+    json[fmt::format("summary{}", name)] = ToJson(Summarize(results, rule));
+  }
   return WriteText(json.dump(2) + "\n", file);
 }
 
 Status WriteCsv(const std::vector<BenchSceneResult>& results, const std::string& file)
 {
-  std::string text = "scene,mapper,setting,first_seconds,median_seconds,max,percentile_99_9,"
-                     "percentile_99,rms,envelope_max,envelope_percentile_99_9,samples_per_pixel,"
-                     "contributing_samples_per_pixel,converged\n";
+  std::string text =
+    "scene,mapper,setting,first_seconds,median_seconds,median_cpu_seconds,max,percentile_99_9,"
+    "percentile_99,rms,envelope_max,envelope_percentile_99_9,samples_per_pixel,"
+    "contributing_samples_per_pixel,converged\n";
   for (const BenchSceneResult& result : results)
   {
     for (const BenchPoint& p : result.Points)
     {
       const BenchErrors& e = p.Errors;
-      text += fmt::format("{},{},{:g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},"
-                          "{},{},{}\n",
-        result.Scene.Name, p.Mapper, p.Setting, p.FirstSeconds, p.MedianSeconds, e.Max,
-        e.Percentile999, e.Percentile99, e.Rms, e.EnvelopeMax, e.EnvelopePercentile999,
-        Count(p.SamplesPerPixel), Count(p.ContributingPerPixel), p.Converged ? 1 : 0);
+      text +=
+        fmt::format("{},{},{:g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},"
+                    "{},{},{}\n",
+          result.Scene.Name, p.Mapper, p.Setting, p.FirstSeconds, p.MedianSeconds, p.CPUSeconds,
+          e.Max, e.Percentile999, e.Percentile99, e.Rms, e.EnvelopeMax, e.EnvelopePercentile999,
+          Count(p.SamplesPerPixel), Count(p.ContributingPerPixel), p.Converged ? 1 : 0);
     }
   }
   return WriteText(text, file);

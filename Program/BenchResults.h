@@ -32,6 +32,7 @@ struct BenchPoint
   double Setting = 0; ///< tolerance in 1/255, or sample distance in voxels
   double FirstSeconds = 0;
   double MedianSeconds = 0;
+  double CPUSeconds = 0; ///< of a frame, all threads together; median
   bool Converged = true;
   double SamplesPerPixel = -1;      ///< -1: unknown
   double ContributingPerPixel = -1; ///< of these; -1: unknown
@@ -56,6 +57,13 @@ struct BenchSceneResult
   std::vector<BenchLeftOut> LeftOut;
 };
 
+/// What is compared.
+struct BenchRule
+{
+  bool CPUTime = false;  ///< processor seconds: hardly depend on what else a machine does
+  bool Envelope = false; ///< errors are what is left outside of the envelope
+};
+
 /// VTK's time over ours, at equal or smaller error (99.9th percentile).
 struct BenchRatio
 {
@@ -65,8 +73,7 @@ struct BenchRatio
   double Ratio = 0;
   bool Reached = true; ///< false: no setting of ours was as good; compared with our best one
 };
-/// `envelope`: errors are what is left outside of the envelope.
-std::vector<BenchRatio> RatiosOf(const BenchSceneResult& result, bool envelope);
+std::vector<BenchRatio> RatiosOf(const BenchSceneResult& result, const BenchRule& rule);
 
 /// Geometric means over scenes.
 struct BenchSummary
@@ -77,11 +84,13 @@ struct BenchSummary
   double AtAll = 0;      ///< of the means of all points of each scene
   int NotReached = 0;    ///< points that no setting of ours is as good as
 };
-std::vector<BenchSummary> Summarize(const std::vector<BenchSceneResult>& results, bool envelope);
+std::vector<BenchSummary> Summarize(
+  const std::vector<BenchSceneResult>& results, const BenchRule& rule);
 
 void PrintHeader();
 void PrintScene(const BenchSceneResult& result);
-void PrintSummary(const std::vector<BenchSceneResult>& results);
+/// `cpuTime`: see BenchRule.
+void PrintSummary(const std::vector<BenchSceneResult>& results, bool cpuTime);
 
 /// Errors: the file can't be written.
 Status WriteJson(const BenchErrorOptions& options, const std::vector<BenchSceneResult>& results,

@@ -223,7 +223,7 @@ Run AddBenchError(CLI::App& bench)
     ->delimiter(',');
   command
     ->add_option(
-      "--tolerances", options->Tolerances, "Of our mapper, in 1/255; default 16,4,1,0.25")
+      "--tolerances", options->Tolerances, "Of our mapper, in 1/255; default 64,16,4,1,0.25")
     ->delimiter(',')
     ->check(CLI::PositiveNumber);
   command
@@ -248,6 +248,8 @@ Run AddBenchError(CLI::App& bench)
     ->add_option("--longest", options->Longest,
       "Seconds of a frame beyond which finer sample distances are left out; default 6")
     ->check(CLI::PositiveNumber);
+  command->add_flag("--cpu-time", options->CPUTime,
+    "Print ratios of processor time, which hardly depends on what else the machine does");
   command->add_option("--cache", options->Cache, "Folder that keeps the reference pictures");
   command->add_option("--json", options->Json, "JSON file to write");
   command->add_option("--csv", options->Csv, "CSV file to write");

@@ -92,6 +92,7 @@ TEST_F(ProgramBenchError, OneSmallScene)
     const auto& error = point["error"];
     SCOPED_TRACE(point.dump());
     EXPECT_GT(point["median_seconds"], 0);
+    EXPECT_GT(point["median_cpu_seconds"], 0);
     EXPECT_GT(error["max"], 0);
     EXPECT_LE(error["percentile_99_9"], error["max"]);
     EXPECT_LE(error["percentile_99"], error["percentile_99_9"]);
@@ -117,6 +118,7 @@ TEST_F(ProgramBenchError, OneSmallScene)
     EXPECT_TRUE(ratio["reached"]);
     EXPECT_GT(ratio["ratio"], 0);
   }
+  EXPECT_EQ(scene["ratios_cpu_envelope"].size(), 3u);
   ASSERT_EQ(json["summary"].size(), 2u);
   EXPECT_EQ(json["summary"][0]["mapper"], "vtk-gpu");
   EXPECT_EQ(LinesOf(csvFile).size(), 8u);

@@ -192,7 +192,7 @@ private:
     {
       for (int x = 0; x < used[0]; ++x)
       {
-        const unsigned short* rgba = image->GetImage() + 4 * (y * stored[0] + x);
+        const unsigned short* rgba = image->GetImage() + 4 * (std::ptrdiff_t{ y } * stored[0] + x);
         const std::size_t at = 3 *
           (static_cast<std::size_t>(y + origin[1]) * this->Size[0] +
             static_cast<std::size_t>(x + origin[0]));

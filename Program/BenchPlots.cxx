@@ -50,29 +50,28 @@ constexpr std::array<Curve, 5> Curves{ {
 /// Errors below this (in 1/255) are drawn here: a logarithmic axis has no 0.
 constexpr double SmallestError = 1e-3;
 
-/// An axis with ticks at 1, 2, 5 times powers of ten.
+/// A logarithmic axis over whole decades.
 void SetUpAxis(vtkAxis* axis, const std::string& title, double low, double high)
 {
   axis->SetTitle(title);
   axis->SetLogScale(true);
-  low = std::pow(10, std::floor(std::log10(low)));
-  high = std::pow(10, std::ceil(std::log10(high) + 1e-9));
+  const int first = static_cast<int>(std::floor(std::log10(low)));
+  const int last = static_cast<int>(std::ceil(std::log10(high) + 1e-9));
   axis->SetBehavior(vtkAxis::FIXED);
   vtkNew<vtkDoubleArray> places;
   vtkNew<vtkStringArray> labels;
-  for (double decade = low; decade < 1.5 * high; decade *= 10)
+  for (int decade = first; decade <= last; ++decade)
   {
-    for (const double step : { 1.0, 2.0, 5.0 })
+    places->InsertNextValue(decade);
+    labels->InsertNextValue(fmt::format("{:g}", std::pow(10, decade)));
+    for (int step = 2; step < 10 && decade < last; ++step)
     {
-      if (step * decade < 1.001 * high)
-      {
-        places->InsertNextValue(std::log10(step * decade));
-        labels->InsertNextValue(step == 1 ? fmt::format("{:g}", decade) : "");
-      }
+      places->InsertNextValue(decade + std::log10(step));
+      labels->InsertNextValue("");
     }
   }
   axis->SetCustomTickPositions(places, labels);
-  axis->SetUnscaledRange(low, high);
+  axis->SetUnscaledRange(std::pow(10, first), std::pow(10, last));
   axis->GetTitleProperties()->SetFontSize(16);
   axis->GetLabelProperties()->SetFontSize(14);
 }

@@ -100,11 +100,13 @@ private:
 TruthTransfer MakeTransfer(const BenchScene& scene, const BenchVolume& volume)
 {
   std::vector<TruthTransfer::AlphaNode> alpha;
+  alpha.reserve(scene.Opacity.size());
   for (const auto& node : scene.Opacity)
   {
     alpha.push_back({ node[0], node[1] });
   }
   std::vector<TruthTransfer::ColorNode> color;
+  color.reserve(scene.Color.size());
   for (const auto& node : scene.Color)
   {
     color.push_back({ node[0], { node[1], node[2], node[3] } });
@@ -217,6 +219,7 @@ public:
   void AddEnvelopes(const std::vector<std::size_t>& indices)
   {
     std::vector<TruthPixel> pixels;
+    pixels.reserve(indices.size());
     for (const std::size_t i : indices)
     {
       pixels.push_back(this->Pixels[i]);

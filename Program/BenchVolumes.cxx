@@ -148,6 +148,7 @@ BenchVolume FillFormula(ScalarType type, int n, FormulaKind kind)
 {
   const auto formula = MakeFormula(kind, { n, n, n });
   std::vector<std::int64_t> places; // doubled coordinates
+  places.reserve(static_cast<std::size_t>(n));
   for (int i = 0; i < n; ++i)
   {
     places.push_back(2 * std::int64_t{ i });

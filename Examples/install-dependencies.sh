@@ -7,7 +7,7 @@
 #   install-dependencies.sh [build|demo|test]      default: test
 #
 #   build   compiler, libraries
-#   demo    build, and an X server without a screen, Mesa's software renderer, the brain volume
+#   demo    build, and an X server without a screen, Mesa's software renderer, the brain and head volumes
 #   test    demo, and what tests and checks use
 #
 # What is installed already is skipped, so that a second run needs neither network nor root.
@@ -20,7 +20,7 @@ build=(
   libhdf5-dev libdeflate-dev liblz4-dev nlohmann-json3-dev
   libcli11-dev libfmt-dev)
 demo=(xvfb xauth libgl1-mesa-dri)
-optional=(mricron-data)
+optional=(mricron-data invesalius-examples)
 test=(
   git libgtest-dev glslang-tools clang-format-14 clang-tidy-14
   python3-h5py python3-numpy)

@@ -124,4 +124,27 @@ struct ScaleOptions
 };
 Status RunBenchScale(const ScaleOptions& options);
 
+struct BenchErrorOptions
+{
+  std::vector<std::string> Scenes; ///< empty: all
+  std::vector<std::string> Mappers{ "teravox", "vtk-gpu", "vtk-fixed-point" };
+  std::vector<double> Tolerances{ 64, 16, 4, 1, 0.25 };    ///< of our mapper, in 1/255
+  std::vector<double> Distances{ 2, 1, 0.5, 0.25, 0.125 }; ///< of VTK's GPU mapper, in voxels
+  std::vector<double> FixedPointDistances{ 1, 0.5, 0.25 }; ///< of VTK's CPU mapper, in voxels
+  std::array<int, 2> Size{ 512, 512 };
+  int Frames = 5;
+  int Every = 4;      ///< the error is taken on every n-th pixel of each row and column
+  double Longest = 6; ///< seconds of a frame of VTK's beyond which no finer one is measured
+  std::string Cache;  ///< folder of the truth; empty: computed again
+  std::string Json;
+  std::string Csv;
+  std::string Plots;    ///< folder
+  bool CPUTime = false; ///< printed ratios are of processor time
+  bool List = false;
+  std::string Only;             ///< one scene, in this process
+  std::string Work;             ///< folder that the processes share
+  std::vector<double> Settings; ///< of the one mapper
+};
+Status RunBenchError(const BenchErrorOptions& options);
+
 } // namespace teravox::program

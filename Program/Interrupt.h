@@ -8,8 +8,8 @@ namespace teravox::program
 {
 
 /// From now on Ctrl-C, SIGTERM and the end of the terminal set a flag instead of ending the
-/// program, so that it can clean up. A second one removes this unfinished file, if not empty, and ends
-/// it at once.
+/// program, so that it can clean up. A second one removes this unfinished file, if not empty, and
+/// ends it at once.
 void CatchInterrupts(const std::string& unfinished);
 bool WasInterrupted();
 

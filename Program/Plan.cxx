@@ -17,8 +17,8 @@ namespace
 /// What the mapper asks for, when it draws such a volume with such a driver.
 AtlasRequest RequestFor(const PlanOptions& options)
 {
-  AtlasRequest request = AtlasRequest::For(TexelFormat::Choose(options.Type),
-    options.Components, options.Size[0], options.Size[1]);
+  AtlasRequest request = AtlasRequest::For(
+    TexelFormat::Choose(options.Type), options.Components, options.Size[0], options.Size[1]);
   request.BudgetBytes = options.GPUMemory;
   request.MaximumTextureSize = options.TextureSize;
   request.MaximumBufferTexels = options.BufferTexels;

@@ -221,6 +221,59 @@ Run AddRender(CLI::App& app)
   return [options] { return RunRender(*options); };
 }
 
+Run AddError(CLI::App* bench)
+{
+  auto options = std::make_shared<BenchErrorOptions>();
+  CLI::App* command = bench->add_subcommand(
+    "error", "Compare run time against error with VTK's GPU and fixed-point mappers");
+  command->add_option("--scenes", options->Scenes, "Names, or their beginnings with *; default all")
+    ->delimiter(',');
+  command->add_flag("--list", options->List, "Name the scenes");
+  command
+    ->add_option("--mappers", options->Mappers,
+      "teravox, teravox-levels (against the pyramid's truth), vtk-gpu, vtk-gpu-wide (8-bit voxels "
+      "given as 16-bit ones), vtk-fixed-point; default teravox,vtk-gpu,vtk-fixed-point")
+    ->delimiter(',');
+  command
+    ->add_option(
+      "--tolerances", options->Tolerances, "Of our mapper, in 1/255; default 64,16,4,1,0.25")
+    ->delimiter(',')
+    ->check(CLI::PositiveNumber);
+  command
+    ->add_option("--distances", options->Distances,
+      "Sample distances of VTK's GPU mapper in voxels; default 2,1,0.5,0.25,0.125")
+    ->delimiter(',')
+    ->check(CLI::PositiveNumber);
+  command
+    ->add_option("--fixed-point-distances", options->FixedPointDistances,
+      "The same of its fixed-point mapper; default 1,0.5,0.25")
+    ->delimiter(',')
+    ->check(CLI::PositiveNumber);
+  command->add_option("--size", options->Size, "Width and height in pixels; default 512 512")
+    ->check(CLI::Range(16, 4096));
+  command->add_option("--frames", options->Frames, "Frames per measurement; default 5")
+    ->check(CLI::Range(1, 1000));
+  command
+    ->add_option("--every", options->Every,
+      "Take the error on each n-th pixel of each n-th row; default 4, 1 for all pixels")
+    ->check(CLI::Range(1, 16));
+  command
+    ->add_option("--longest", options->Longest,
+      "Seconds of a frame beyond which finer sample distances are left out; default 6")
+    ->check(CLI::PositiveNumber);
+  command->add_flag("--cpu-time", options->CPUTime,
+    "Print ratios of processor time, which hardly depends on what else the machine does");
+  command->add_option("--cache", options->Cache, "Folder that keeps the reference pictures");
+  command->add_option("--json", options->Json, "JSON file to write");
+  command->add_option("--csv", options->Csv, "CSV file to write");
+  command->add_option("--plots", options->Plots, "Folder for curves of time against error (PNG)");
+  // What the program calls itself with.
+  command->add_option("--only", options->Only)->group("");
+  command->add_option("--work", options->Work)->group("");
+  command->add_option("--settings", options->Settings)->delimiter(',')->group("");
+  return [options] { return RunBenchError(*options); };
+}
+
 void AddFrameOptions(CLI::App* command, const std::shared_ptr<BenchOptions>& options)
 {
   command
@@ -262,16 +315,22 @@ Run AddScale(CLI::App* bench)
 Run AddBench(CLI::App& app)
 {
   auto options = std::make_shared<BenchOptions>();
-  CLI::App* command = app.add_subcommand(
-    "bench", "Frame times beside VTK's mappers (frame, the default), or costs by size (scale)");
+  CLI::App* command = app.add_subcommand("bench",
+    "Frame times beside VTK's mappers (frame, the default), costs by size (scale), time against "
+    "error (error)");
   command->require_subcommand(0, 1);
   AddFrameOptions(command, options);
   CLI::App* frame =
     command->add_subcommand("frame", "Compare frame times with VTK's GPU and fixed-point mappers");
   AddFrameOptions(frame, options);
   const Run scale = AddScale(command);
-  return [command, options, scale]
-  { return command->got_subcommand("scale") ? scale() : RunBench(*options); };
+  const Run error = AddError(command);
+  return [command, options, scale, error]
+  {
+    return command->got_subcommand("scale") ? scale()
+      : command->got_subcommand("error")    ? error()
+                                            : RunBench(*options);
+  };
 }
 
 /// The first line of a parser's message, as a sentence.

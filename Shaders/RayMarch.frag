@@ -10,6 +10,7 @@
 #include "Library/Transfer.glsl"
 #include "Library/Atlas.glsl"
 #include "Library/PageWalk.glsl"
+#include "Library/Ancestor.glsl"
 #include "Library/Shade.glsl"
 #include "Library/Segments.glsl"
 #if TERAVOX_NEAREST
@@ -24,53 +25,6 @@ const int STATUS_NEW = 0;
 const int STATUS_RUNNING = 1;
 const int STATUS_DONE = 2;
 const int STATUS_LOCATE = 3; // at the begin of the level
-
-#if TERAVOX_INTERACTIVE || TERAVOX_SUBSTITUTE
-// The finest ancestor that can be drawn instead: resident (interactive), or readable (a failed
-// brick: requested and waited for). Returns false if the ray has to wait.
-bool FindAncestor(
-  inout Found found, int level, uvec3 brick, float weight, out int drawnLevel, out uvec3 drawnBrick)
-{
-  bool failed = found.kind == FOUND_FAILED;
-  drawnLevel = level;
-  drawnBrick = brick;
-  uvec3 fine = brick * u_levelFactor[level].xyz;
-  bool wait = false;
-  bool reached = false;
-  for (int l = level + 1; l < int(u_levels.x); ++l)
-  {
-    if (wait || reached)
-    {
-      break;
-    }
-    uvec3 coarse = fine / u_levelFactor[l].xyz;
-    Found at = Translate(LoadLevel(l), coarse);
-    if (at.kind == FOUND_MAPPED || at.kind == FOUND_SINGLE || at.kind == FOUND_EMPTY)
-    {
-      found = at;
-      found.region = 0;
-      drawnLevel = l;
-      drawnBrick = coarse;
-      reached = true;
-    }
-    else if (failed && at.kind == FOUND_MISSING)
-    {
-      Request(l, coarse, weight);
-      wait = true;
-    }
-  }
-  if (!wait)
-  {
-    b_feedback[FEEDBACK_FALLBACK] = 1u;
-    if (!reached)
-    {
-      found.kind = FOUND_EMPTY;
-      found.region = 0;
-    }
-  }
-  return !wait;
-}
-#endif
 
 void main()
 {
@@ -161,9 +115,10 @@ void main()
         }
         ivec3 move = (ivec3(ray.positive) * 2 - 1) * ivec3(lessThanEqual(exits, vec3(leave)));
         ivec3 next = leap ? ivec3(BrickAt(ray, here, leave)) : ivec3(brick) + move;
-        bool outside = any(lessThan(next, ivec3(0))) ||
-          any(greaterThanEqual(next, ivec3(here.bricks))) ||
-          next == ivec3(brick); // only where a rounding error passed the last face of the volume
+        // The same brick only where a rounding error passed the last face of the volume.
+        bool outside = leave < end &&
+          (any(lessThan(next, ivec3(0))) || any(greaterThanEqual(next, ivec3(here.bricks))) ||
+            next == ivec3(brick));
         // A brick without a sample costs about as much as 16 steps, and llvmpipe counts iterations.
         state.steps += 16u;
         held = !empty;

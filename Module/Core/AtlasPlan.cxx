@@ -56,6 +56,7 @@ AtlasPlan PlanBuffer(
   {
     AtlasPlan plan = Complete(layout, request, { slots, 1, 1 }, { slots * edge, edge, edge });
     plan.Buffer = true;
+    plan.AtlasBytes *= VoxelsPerBufferTexel;
     return plan;
   };
   const auto fit = [&](std::int64_t slots)

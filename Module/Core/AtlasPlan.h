@@ -17,7 +17,8 @@ struct AtlasPlan
 {
   Int3 SlotsPerAxis{ 0, 0, 0 };
   Int3 AtlasSize{ 0, 0, 0 };    ///< texels
-  bool Buffer = false;          ///< slots lie one after the other in a buffer texture
+  /// Slots lie one after the other in a buffer texture, whose texels hold VoxelsPerBufferTexel each.
+  bool Buffer = false;
   std::uint32_t Slots = 0;      ///< at most SlotsPerAxis[0]*[1]*[2]
   std::uint32_t PageBlocks = 0; ///< blocks in the pool
   std::uint64_t AtlasBytes = 0;
@@ -37,6 +38,10 @@ struct AtlasPlan
     return this->AtlasBytes + this->CellBytes + this->AddressingBytes() + this->FeedbackBytes;
   }
 };
+
+/// A texel of a buffer texture: a voxel and its neighbours in x, y and both, so that two fetches bring
+/// the eight corners of an interpolation cell.
+inline constexpr std::uint32_t VoxelsPerBufferTexel = 4;
 
 /// Edge of a cell in voxels: the unit in which emptiness inside a resident brick is known.
 inline constexpr int CellEdge = 4;

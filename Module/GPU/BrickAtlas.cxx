@@ -26,7 +26,7 @@ Result<std::unique_ptr<BrickAtlas>> BrickAtlas::Make(
       static_cast<std::size_t>(plan.AtlasBytes), nullptr, GL_DYNAMIC_DRAW);
     atlas->CellBuffer = GLBuffer(memory, GL_TEXTURE_BUFFER,
       static_cast<std::size_t>(plan.CellBytes), nullptr, GL_DYNAMIC_DRAW);
-    atlas->Texture = GLTexture(memory, format.InternalFormat, atlas->VoxelBuffer);
+    atlas->Texture = GLTexture(memory, format.QuadFormat, atlas->VoxelBuffer);
     atlas->Cells = GLTexture(memory, format.CellFormat, atlas->CellBuffer);
   }
   else
@@ -62,14 +62,18 @@ void BrickAtlas::Upload(std::uint32_t slot, const Brick& brick)
   const ConvertedBrick texels = ConvertBrick(brick, this->Format_);
   if (this->Plan_.Buffer)
   {
-    this->VoxelBuffer.Write(slot * texels.Bytes.size(), texels.Bytes.size(), texels.Bytes.data());
+    const std::vector<std::uint8_t> quads =
+      MakeQuads(texels.Bytes, this->StoredSize, this->Format_.BytesPerTexel);
+    this->VoxelBuffer.Write(slot * quads.size(), quads.size(), quads.data());
+    this->BytesUploaded_ += quads.size();
     this->CellBuffer.Write(slot * texels.Cells.size(), texels.Cells.size(), texels.Cells.data());
   }
   else
   {
     this->UploadToTexture(slot, texels);
+    this->BytesUploaded_ += texels.Bytes.size();
   }
-  this->BytesUploaded_ += texels.Bytes.size() + texels.Cells.size();
+  this->BytesUploaded_ += texels.Cells.size();
   if (this->Plan_.SlotTableBytes != 0)
   {
     const std::array<float, 4> entry{ texels.OffsetHigh, texels.OffsetLow, texels.Scale, 0 };

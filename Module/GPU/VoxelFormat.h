@@ -19,6 +19,7 @@ struct VoxelFormat : TexelFormat
 {
   GLenum InternalFormat = GL_R16;
   GLenum DataType = GL_UNSIGNED_SHORT; ///< of the uploaded texels
+  GLenum QuadFormat = GL_RGBA16;       ///< of VoxelsPerBufferTexel voxels
   GLenum CellFormat = GL_RG16;         ///< of two texel values, least and largest
   double Scale = 1;
   double Offset = 0;
@@ -41,5 +42,10 @@ struct ConvertedBrick
 /// Cells are of CellEdge^3 voxels inside the border; their ranges include the voxels that linear
 /// interpolation reaches from them, and leave NaN out.
 ConvertedBrick ConvertBrick(const Brick& brick, const VoxelFormat& format);
+
+/// The texels of a brick of edge^3 voxels for a buffer texture: VoxelsPerBufferTexel voxels each, the
+/// last ones of an axis repeated.
+std::vector<std::uint8_t> MakeQuads(
+  const std::vector<std::uint8_t>& texels, int edge, std::uint32_t bytesPerTexel);
 
 } // namespace teravox

@@ -102,24 +102,21 @@ struct Corners
   vec4 far;
 };
 
-Corners FetchCorners(BrickView view, ivec3 at)
+// A voxel and its neighbours in x, y and both.
+vec4 Quad(BrickView view, ivec3 at)
 {
-  Corners c;
 #if TERAVOX_BUFFER_ATLAS
   int edge = int(u_atlas.w);
-  int i = view.firstVoxel + at.x + edge * (at.y + edge * at.z);
-  int j = i + edge * edge;
-  c.near = vec4(texelFetch(u_atlasTexels, i).r, texelFetch(u_atlasTexels, i + 1).r,
-    texelFetch(u_atlasTexels, i + edge).r, texelFetch(u_atlasTexels, i + edge + 1).r);
-  c.far = vec4(texelFetch(u_atlasTexels, j).r, texelFetch(u_atlasTexels, j + 1).r,
-    texelFetch(u_atlasTexels, j + edge).r, texelFetch(u_atlasTexels, j + edge + 1).r);
+  return texelFetch(u_atlasTexels, view.firstVoxel + at.x + edge * (at.y + edge * at.z));
 #else
-  c.near = vec4(Voxel(view, at), Voxel(view, at + ivec3(1, 0, 0)), Voxel(view, at + ivec3(0, 1, 0)),
+  return vec4(Voxel(view, at), Voxel(view, at + ivec3(1, 0, 0)), Voxel(view, at + ivec3(0, 1, 0)),
     Voxel(view, at + ivec3(1, 1, 0)));
-  c.far = vec4(Voxel(view, at + ivec3(0, 0, 1)), Voxel(view, at + ivec3(1, 0, 1)),
-    Voxel(view, at + ivec3(0, 1, 1)), Voxel(view, at + ivec3(1, 1, 1)));
 #endif
-  return c;
+}
+
+Corners FetchCorners(BrickView view, ivec3 at)
+{
+  return Corners(Quad(view, at), Quad(view, at + ivec3(0, 0, 1)));
 }
 
 // The trilinear field of eight corners along w0 + u * dw (in cell units) is a cubic in u:
@@ -165,30 +162,29 @@ Gradient GradientAlong(BrickView view, ivec3 at, Corners k, vec3 w0, vec3 dw)
   Corners below;
   Corners above;
   Gradient g;
-  // Neighbours below and above the eight corners along each axis; below.near.x etc. as in Corners.
-  vec4 lowX = vec4(Voxel(view, at + ivec3(-1, 0, 0)), Voxel(view, at + ivec3(-1, 1, 0)),
-    Voxel(view, at + ivec3(-1, 0, 1)), Voxel(view, at + ivec3(-1, 1, 1)));
-  vec4 highX = vec4(Voxel(view, at + ivec3(2, 0, 0)), Voxel(view, at + ivec3(2, 1, 0)),
-    Voxel(view, at + ivec3(2, 0, 1)), Voxel(view, at + ivec3(2, 1, 1)));
-  below.near = vec4(lowX.x, k.near.x, lowX.y, k.near.z);
-  below.far = vec4(lowX.z, k.far.x, lowX.w, k.far.z);
-  above.near = vec4(k.near.y, highX.x, k.near.w, highX.y);
-  above.far = vec4(k.far.y, highX.z, k.far.w, highX.w);
+  // Neighbours below and above the eight corners along each axis; a Quad has x = 0, 1 at y = 0,
+  // then at y = 1.
+  vec4 nearLow = Quad(view, at + ivec3(-1, 0, 0));
+  vec4 farLow = Quad(view, at + ivec3(-1, 0, 1));
+  vec4 nearHigh = Quad(view, at + ivec3(1, 0, 0));
+  vec4 farHigh = Quad(view, at + ivec3(1, 0, 1));
+  below.near = vec4(nearLow.x, k.near.x, nearLow.z, k.near.z);
+  below.far = vec4(farLow.x, k.far.x, farLow.z, k.far.z);
+  above.near = vec4(k.near.y, nearHigh.y, k.near.w, nearHigh.w);
+  above.far = vec4(k.far.y, farHigh.y, k.far.w, farHigh.w);
   g.x = CubicAlong(Corners(above.near - below.near, above.far - below.far), w0, dw);
-  vec4 lowY = vec4(Voxel(view, at + ivec3(0, -1, 0)), Voxel(view, at + ivec3(1, -1, 0)),
-    Voxel(view, at + ivec3(0, -1, 1)), Voxel(view, at + ivec3(1, -1, 1)));
-  vec4 highY = vec4(Voxel(view, at + ivec3(0, 2, 0)), Voxel(view, at + ivec3(1, 2, 0)),
-    Voxel(view, at + ivec3(0, 2, 1)), Voxel(view, at + ivec3(1, 2, 1)));
-  below.near = vec4(lowY.x, lowY.y, k.near.x, k.near.y);
-  below.far = vec4(lowY.z, lowY.w, k.far.x, k.far.y);
-  above.near = vec4(k.near.z, k.near.w, highY.x, highY.y);
-  above.far = vec4(k.far.z, k.far.w, highY.z, highY.w);
+  nearLow = Quad(view, at + ivec3(0, -1, 0));
+  farLow = Quad(view, at + ivec3(0, -1, 1));
+  nearHigh = Quad(view, at + ivec3(0, 1, 0));
+  farHigh = Quad(view, at + ivec3(0, 1, 1));
+  below.near = vec4(nearLow.xy, k.near.xy);
+  below.far = vec4(farLow.xy, k.far.xy);
+  above.near = vec4(k.near.zw, nearHigh.zw);
+  above.far = vec4(k.far.zw, farHigh.zw);
   g.y = CubicAlong(Corners(above.near - below.near, above.far - below.far), w0, dw);
-  vec4 lowZ = vec4(Voxel(view, at + ivec3(0, 0, -1)), Voxel(view, at + ivec3(1, 0, -1)),
-    Voxel(view, at + ivec3(0, 1, -1)), Voxel(view, at + ivec3(1, 1, -1)));
-  vec4 highZ = vec4(Voxel(view, at + ivec3(0, 0, 2)), Voxel(view, at + ivec3(1, 0, 2)),
-    Voxel(view, at + ivec3(0, 1, 2)), Voxel(view, at + ivec3(1, 1, 2)));
-  g.z = CubicAlong(Corners(k.far - lowZ, highZ - k.near), w0, dw);
+  g.z = CubicAlong(
+    Corners(k.far - Quad(view, at + ivec3(0, 0, -1)), Quad(view, at + ivec3(0, 0, 2)) - k.near), w0,
+    dw);
   return g;
 }
 

@@ -33,7 +33,7 @@ layout(std140, binding = 0) uniform View
 };
 
 #if TERAVOX_BUFFER_ATLAS
-layout(binding = 0) uniform samplerBuffer u_atlasTexels; // brick after brick, x fastest
+layout(binding = 0) uniform samplerBuffer u_atlasTexels; // brick after brick, x fastest; see Quad()
 layout(binding = 4) uniform samplerBuffer u_cellTexels;
 #else
 layout(binding = 0) uniform sampler3D u_atlasTexture;

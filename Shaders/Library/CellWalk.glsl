@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// From one visible interpolation cell of a brick to the next.
+
+// Cells of voxel corners: cell c lies between the centres of the voxels c and c + 1 of the brick.
+struct CellWalk
+{
+  vec3 first;   // position between voxel centres at depth 0, in cells
+  vec3 inverse; // depth per cell
+  vec3 forward; // 1 where the ray goes up, else 0
+  vec3 move;    // 1 or -1
+  vec3 cell;    // where the walk is, ...
+  float t;      // ... at this depth; the cell begins here
+  float end;    // depth
+  float runEnd; // up to here cells are looked at one by one
+};
+
+vec3 CellAt(CellWalk walk, vec3 direction, float t)
+{
+  precise vec3 q = walk.first + t * direction;
+  vec3 cell = floor(q);
+  // Faces decide, as they do when the walk steps over them.
+  precise vec3 exits = (cell + walk.forward - walk.first) * walk.inverse;
+  precise vec3 entries = (cell + (1.0 - walk.forward) - walk.first) * walk.inverse;
+  return cell +
+    walk.move * (vec3(lessThanEqual(exits, vec3(t))) - vec3(greaterThan(entries, vec3(t))));
+}
+
+float LargestOf(vec3 v)
+{
+  return max(v.x, max(v.y, v.z));
+}
+
+float LargestOf(vec4 v)
+{
+  return max(max(v.x, v.y), max(v.z, v.w));
+}
+
+float SmallestOf(vec4 v)
+{
+  return min(min(v.x, v.y), min(v.z, v.w));
+}
+
+// An interpolation cell that the ray crosses from `begin` to the walk's depth.
+struct VisitedCell
+{
+  bool visible;
+  vec3 cell;
+  float begin;
+  Corners corners;
+};
+
+CellWalk BeginWalk(Ray ray, BrickView view, float t0, float t1)
+{
+  CellWalk walk;
+  walk.first = view.base - 0.5;
+  walk.inverse = 1.0 / view.direction;
+  walk.forward = vec3(ray.positive);
+  walk.move = walk.forward * 2.0 - 1.0;
+  walk.t = t0;
+  walk.end = t1;
+  walk.runEnd = t0;
+  walk.cell = CellAt(walk, view.direction, t0);
+  return walk;
+}
+
+// The next cell that is visible; none if the walk has come to its end. Loops are nested so that
+// what is done for visible cells is outside: drivers on the CPU execute what any ray of a group
+// needs.
+VisitedCell NextVisibleCell(inout CellWalk walk, inout State state, BrickView view)
+{
+  float lastRange = float(CellsAlong() - 1);
+  bool skip = u_switches.x != 0u;
+  VisitedCell found;
+  found.visible = false;
+  found.cell = walk.cell;
+  found.begin = walk.t;
+  found.corners = Corners(vec4(0.0), vec4(0.0));
+  for (int search = 0; search < 8192; ++search)
+  {
+    if (walk.t >= walk.end)
+    {
+      break;
+    }
+    for (int i = 0; i < 256; ++i)
+    {
+      if (found.visible || walk.t >= walk.end)
+      {
+        break;
+      }
+      found.cell = walk.cell;
+      found.begin = walk.t;
+      found.corners = FetchCorners(view, ivec3(found.cell));
+      precise vec3 exits = (found.cell + walk.forward - walk.first) * walk.inverse;
+      float leave = Minimum(exits);
+      walk.t = min(max(leave, found.begin), walk.end);
+      walk.cell = found.cell + walk.move * vec3(lessThanEqual(exits, vec3(leave)));
+      float least = min(SmallestOf(found.corners.near), SmallestOf(found.corners.far));
+      float largest = max(LargestOf(found.corners.near), LargestOf(found.corners.far));
+      found.visible = !(skip && IsEmptyBetween(NodeOf(view, least), NodeOf(view, largest)));
+#if TERAVOX_FLOAT_DATA
+      // One voxel without a value, and there is none in between.
+      found.visible =
+        found.visible && !isnan(dot(found.corners.near + found.corners.far, vec4(1.0)));
+#endif
+      state.steps += 1u;
+      Count(state, false);
+      if (found.visible || walk.t >= walk.runEnd || walk.t >= walk.end)
+      {
+        break;
+      }
+    }
+    if (found.visible || walk.t >= walk.end)
+    {
+      break;
+    }
+    // Leap over cells of CELL_EDGE^3 whose range is invisible.
+    for (int i = 0; i < 256; ++i)
+    {
+      if (walk.t < walk.runEnd || walk.t >= walk.end)
+      {
+        break;
+      }
+      vec3 at = clamp(floor((walk.cell - BORDER) * (1.0 / float(CELL_EDGE))), 0.0, lastRange);
+      vec2 range = CellRange(view, ivec3(at));
+      bool empty =
+        skip && (range.x > range.y || IsEmptyBetween(NodeOf(view, range.x), NodeOf(view, range.y)));
+      vec3 low = at * float(CELL_EDGE) + BORDER;
+      // The first cell begins half a voxel before the brick.
+      vec3 face = mix(low - vec3(equal(at, vec3(0.0))), low + float(CELL_EDGE), walk.forward);
+      precise vec3 exits = (face - walk.first) * walk.inverse;
+      float leave = max(Minimum(exits), walk.t);
+      vec3 next = CellAt(walk, view.direction, leave);
+      vec3 beyond = face - (1.0 - walk.forward);
+      next = mix(next, beyond, vec3(lessThanEqual(exits, vec3(leave))));
+      walk.runEnd = empty ? walk.runEnd : leave;
+      walk.cell = empty ? next : walk.cell;
+      walk.t = empty ? leave : walk.t;
+      if (!empty || walk.t >= walk.end)
+      {
+        break;
+      }
+    }
+  }
+  return found;
+}

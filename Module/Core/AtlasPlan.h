@@ -16,8 +16,9 @@ namespace teravox
 struct AtlasPlan
 {
   Int3 SlotsPerAxis{ 0, 0, 0 };
-  Int3 AtlasSize{ 0, 0, 0 };    ///< texels
-  /// Slots lie one after the other in a buffer texture, whose texels hold VoxelsPerBufferTexel each.
+  Int3 AtlasSize{ 0, 0, 0 }; ///< texels
+  /// Slots lie one after the other in a buffer texture, whose texels hold VoxelsPerBufferTexel
+  /// each.
   bool Buffer = false;
   std::uint32_t Slots = 0;      ///< at most SlotsPerAxis[0]*[1]*[2]
   std::uint32_t PageBlocks = 0; ///< blocks in the pool
@@ -39,8 +40,8 @@ struct AtlasPlan
   }
 };
 
-/// A texel of a buffer texture: a voxel and its neighbours in x, y and both, so that two fetches bring
-/// the eight corners of an interpolation cell.
+/// A texel of a buffer texture: a voxel and its neighbours in x, y and both, so that two fetches
+/// bring the eight corners of an interpolation cell.
 inline constexpr std::uint32_t VoxelsPerBufferTexel = 4;
 
 /// Edge of a cell in voxels: the unit in which emptiness inside a resident brick is known.

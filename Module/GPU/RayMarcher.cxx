@@ -176,9 +176,11 @@ Status RayMarcher::Begin(
   glClearBufferiv(GL_COLOR, 1, nowhere.data());
 
   view.ActiveTiles.clear();
-  for (int y = 0; y < view.TilesY(); ++y)
+  constexpr int edge = static_cast<int>(shared::TILE_SIZE);
+  const std::array<int, 4>& seen = intervals.Rectangle;
+  for (int y = seen[1] / edge; y * edge < seen[3]; ++y)
   {
-    for (int x = 0; x < view.TilesX(); ++x)
+    for (int x = seen[0] / edge; x * edge < seen[2]; ++x)
     {
       view.ActiveTiles.push_back(
         static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 16);

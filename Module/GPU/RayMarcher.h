@@ -54,6 +54,8 @@ struct IntervalParameters
   float Far = 0;
   bool HasDepth = false;              ///< ViewState::Depth holds the opaque depth
   std::array<float, 4> DepthToView{}; ///< view depth = (x + y d) / (z + w d)
+  /// Pixels outside see nothing of the box: left, bottom, right, top, the last two exclusive.
+  std::array<int, 4> Rectangle{};
 };
 
 struct PassResult

@@ -3,6 +3,7 @@
 #include "ViewGeometry.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace teravox
@@ -165,6 +166,46 @@ LevelDepths ComputeLevels(const PyramidLayout& layout, const ViewInput& input, c
   }
   return levels;
 }
+
+// The pixels that can see the box of a volume: all of them where a corner lies beside or behind the
+// eye.
+std::array<int, 4> VisibleRectangle(
+  const ViewInput& input, const Matrix4& worldFromVoxel, const Int3& dims)
+{
+  const Matrix4 clipFromVoxel =
+    Multiply(input.ClipFromView, Multiply(input.ViewFromWorld, worldFromVoxel));
+  const std::array<int, 2> size{ input.Width, input.Height };
+  std::array<double, 2> low{ 1, 1 };
+  std::array<double, 2> high{ -1, -1 };
+  for (int i = 0; i < 8; ++i)
+  {
+    const std::array<double, 4> corner{ i & 1 ? static_cast<double>(dims[0]) : 0.0,
+      i & 2 ? static_cast<double>(dims[1]) : 0.0, i & 4 ? static_cast<double>(dims[2]) : 0.0, 1 };
+    std::array<double, 4> clip{};
+    for (std::size_t r = 0; r < 4; ++r)
+    {
+      for (std::size_t c = 0; c < 4; ++c)
+      {
+        clip[r] += clipFromVoxel[4 * r + c] * corner[c];
+      }
+    }
+    const bool before = clip[3] > 1e-6 * (std::abs(clip[0]) + std::abs(clip[1]));
+    for (std::size_t a = 0; a < 2; ++a)
+    {
+      low[a] = std::min(low[a], before ? clip[a] / clip[3] : -1.0);
+      high[a] = std::max(high[a], before ? clip[a] / clip[3] : 1.0);
+    }
+  }
+  std::array<int, 4> pixels{};
+  for (std::size_t a = 0; a < 2; ++a)
+  {
+    // A pixel more on each side: rays are rounded to floats.
+    const auto pixel = [&](double ndc) { return 0.5 * (std::clamp(ndc, -1.0, 1.0) + 1) * size[a]; };
+    pixels[a] = std::max(static_cast<int>(std::floor(pixel(low[a]))) - 1, 0);
+    pixels[a + 2] = std::min(static_cast<int>(std::ceil(pixel(high[a]))) + 1, size[a]);
+  }
+  return pixels;
+}
 } // namespace
 
 Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewInput& input)
@@ -285,6 +326,7 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
     g.Intervals.BoxLow[a] = static_cast<float>(inset - anchor[a]);
     g.Intervals.BoxHigh[a] = static_cast<float>(static_cast<double>(dims[a]) - inset - anchor[a]);
   }
+  g.Intervals.Rectangle = VisibleRectangle(input, worldFromVoxel, dims);
   g.Intervals.Near = static_cast<float>(nearDepth - g.DepthOrigin);
   g.Intervals.Far = static_cast<float>(farDepth - g.DepthOrigin);
   // ndc = (p10 z + p11) / (p14 z + p15) for view z = -depth; ndc = 2 d - 1.

@@ -43,8 +43,8 @@ struct ConvertedBrick
 /// interpolation reaches from them, and leave NaN out.
 ConvertedBrick ConvertBrick(const Brick& brick, const VoxelFormat& format);
 
-/// The texels of a brick of edge^3 voxels for a buffer texture: VoxelsPerBufferTexel voxels each, the
-/// last ones of an axis repeated.
+/// The texels of a brick of edge^3 voxels for a buffer texture: VoxelsPerBufferTexel voxels each,
+/// the last ones of an axis repeated.
 std::vector<std::uint8_t> MakeQuads(
   const std::vector<std::uint8_t>& texels, int edge, std::uint32_t bytesPerTexel);
 

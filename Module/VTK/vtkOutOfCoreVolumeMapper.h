@@ -144,8 +144,8 @@ public:
 
   ///@{
   /**
-   * What holds the bricks on the GPU: 0 (default) what suits the driver, 1 a 3-D texture, 2 a buffer
-   * texture. The picture is the same, bit for bit. For tests and measurements.
+   * What holds the bricks on the GPU: 0 (default) what suits the driver, 1 a 3-D texture, 2 a
+   * buffer texture. The picture is the same, bit for bit. For tests and measurements.
    */
   vtkSetClampMacro(AtlasStorage, int, 0, 2);
   vtkGetMacro(AtlasStorage, int);

@@ -7,9 +7,9 @@
 #include "ProgramRunner.h"
 #include "VTKTestSupport.h"
 
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -194,8 +194,8 @@ TEST_F(ProgramPictures, PlansWhatIsAllocated)
     ASSERT_EQ(drawn.ExitCode, 0) << drawn.Error;
     const auto json = nlohmann::json::parse(std::ifstream(stats));
     std::vector<std::string> plan{ "plan", "--type", type, "--gpu", "100M", "--buffer-texels",
-      std::to_string(json["buffer_texels"].get<int>()), "--texture-size", std::to_string(json["texture_size"].get<int>()),
-      "--json" };
+      std::to_string(json["buffer_texels"].get<int>()), "--texture-size",
+      std::to_string(json["texture_size"].get<int>()), "--json" };
     plan.insert(plan.end(), volume.begin(), volume.end());
     const Outcome planned = RunProgram(plan);
     ASSERT_EQ(planned.ExitCode, 0) << planned.Error;

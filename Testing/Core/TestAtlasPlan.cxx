@@ -37,7 +37,8 @@ void CheckPlan(const PyramidLayout& layout, const AtlasRequest& request, const A
     ASSERT_TRUE(plan.Buffer || plan.AtlasSize[a] <= request.MaximumTextureSize);
     texels *= static_cast<std::uint64_t>(plan.AtlasSize[a]);
   }
-  ASSERT_EQ(plan.AtlasBytes, texels * request.BytesPerTexel);
+  ASSERT_EQ(
+    plan.AtlasBytes, texels * request.BytesPerTexel * (plan.Buffer ? VoxelsPerBufferTexel : 1));
   ASSERT_EQ(plan.Buffer, request.MaximumBufferTexels >= 2 * edge * edge * edge);
   ASSERT_TRUE(!plan.Buffer || texels <= static_cast<std::uint64_t>(request.MaximumBufferTexels));
   // One chain of page blocks, and what a table of this plan allocates.

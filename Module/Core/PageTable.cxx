@@ -14,7 +14,7 @@ namespace
 {
 constexpr std::uint32_t Edge = PageBlockEdge;
 // Unchanged entries between two runs; fewer are cheaper to send than another call.
-constexpr std::size_t SmallestGap = 2 * Edge;
+constexpr std::size_t SmallestGap = std::size_t{ 2 } * Edge;
 
 std::uint32_t IndexInBlock(const BrickKey& key)
 {

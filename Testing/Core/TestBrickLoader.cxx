@@ -518,7 +518,7 @@ TEST(BrickLoader, RandomFramesWithFaults)
           EXPECT_EQ(FirstVoxel(result), KeySource::ValueOf(result.Key, 0));
         }
       }
-      if (random() % 10 == 0)
+      if (random() % 3 == 0) // often enough that "taken" below hangs on no machine's speed
       {
         taken += TakeAll(*bench.Loader).size();
       }

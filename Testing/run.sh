@@ -85,10 +85,13 @@ if [ "$quick" = no ]; then
   export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
   # A race stops the test; OpenMP's own runtime isn't instrumented, hence one thread for it.
   export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1
+  # Some tests take fewer steps in these builds: Testing/Support/Effort.h.
   stage "Address and undefined-behaviour sanitizers" \
-    sanitized_tests address,undefined "$build/asan" "^(core|truth)$" TestCore TestTruth
+    sanitized_tests address,undefined "$build/asan" "^(core|source|truth)$" \
+    TestCore TestPyramids TestSource TestTruth WritePyramidSamples
   OMP_NUM_THREADS=1 stage "Thread sanitizer" \
-    sanitized_tests thread "$build/tsan" "^core$" TestCore
+    sanitized_tests thread "$build/tsan" "^(core|source)$" \
+    TestCore TestPyramids TestSource WritePyramidSamples
 fi
 
 if [ "${#failed[@]}" -gt 0 ]; then

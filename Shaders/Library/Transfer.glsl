@@ -65,12 +65,6 @@ bool IsEmptyBetween(float fromPosition, float toPosition)
   return float(texelFetch(u_occupied, int(from)).x) > to;
 }
 
-// The same for a range of data values; a range without any value is empty.
-bool IsEmpty(float low, float high)
-{
-  return low > high || IsEmptyBetween(TransferPosition(low, 0.0), TransferPosition(high, 0.0));
-}
-
 // 1 - exp(-depth), without cancellation.
 float OpacityOf(float depth)
 {

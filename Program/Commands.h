@@ -62,7 +62,7 @@ struct PlanOptions
   /// What the plan assumes of the picture and of the driver: by default what `render` draws, and
   /// an atlas in a 3-D texture. `render --stats` tells what a driver does.
   std::array<int, 2> Size{ 800, 600 };
-  std::int64_t BufferTexels = 0;
+  bool Native = false;
   int TextureSize = 2048;
   bool Json = false;
 };
@@ -95,6 +95,7 @@ struct RenderOptions
   std::uint64_t GPUMemory = 0;  ///< 0: the mapper's default
   std::uint64_t HostMemory = 0; ///< 0: the mapper's default
   double Tolerance = 1.0 / 255.0;
+  std::string Marcher = "automatic"; ///< or gpu, native
   std::string Stats; ///< JSON file to write
   bool Quiet = false;
 };

@@ -21,7 +21,7 @@ AtlasRequest RequestFor(const PlanOptions& options)
     TexelFormat::Choose(options.Type), options.Components, options.Size[0], options.Size[1]);
   request.BudgetBytes = options.GPUMemory;
   request.MaximumTextureSize = options.TextureSize;
-  request.MaximumBufferTexels = options.BufferTexels;
+  request.Native = options.Native;
   return request;
 }
 
@@ -42,7 +42,7 @@ nlohmann::ordered_json ToJson(const PlanOptions& options, const PyramidLayout& p
   json["page_depth"] = pyramid.PageDepth();
   json["directory_entries"] = pyramid.DirectoryEntries();
   json["gpu_budget_bytes"] = options.GPUMemory;
-  json["assumed"] = { { "size", options.Size }, { "buffer_texels", options.BufferTexels },
+  json["assumed"] = { { "size", options.Size }, { "marcher", options.Native ? "native" : "gpu" },
     { "texture_size", options.TextureSize } };
   json["bytes_per_texel"] = request.BytesPerTexel;
   json["reserved_bytes"] = request.ReservedBytes;
@@ -107,7 +107,7 @@ Status RunPlan(const PlanOptions& options)
     FormatByteCount(static_cast<double>(atlas.TotalBytes() + request.ReservedBytes)),
     FormatByteCount(static_cast<double>(options.GPUMemory)));
   fmt::print("Assumed: an atlas in {}.\n",
-    atlas.Buffer ? fmt::format("a buffer texture of {} texels at most", options.BufferTexels)
+    atlas.Native ? std::string("the memory of the host, for the native marcher")
                  : fmt::format("a 3-D texture of {} texels per axis at most", options.TextureSize));
   return {};
 }

@@ -79,7 +79,7 @@ nlohmann::ordered_json Statistics(const RenderOptions& options, vtkOutOfCoreVolu
   json["host_memory_used"] = mapper->GetHostMemoryUsed();
   json["host_memory_budget"] = mapper->GetEffectiveHostMemoryBudget();
   json["addressing_memory_used"] = mapper->GetAddressingMemoryUsed();
-  json["buffer_texels"] = mapper->GetMaximumBufferTexels();
+  json["marcher"] = mapper->IsMarcherNative() ? "native" : "gpu";
   json["texture_size"] = mapper->GetMaximumTextureSize();
   return json;
 }
@@ -151,6 +151,10 @@ void SetUpMapper(const RenderOptions& options, vtkOutOfCoreVolumeMapper* mapper)
     mapper->SetHostMemoryBudget(options.HostMemory);
   }
   mapper->SetImageErrorTolerance(options.Tolerance);
+  mapper->SetMarcher(options.Marcher == "gpu"
+      ? vtkOutOfCoreVolumeMapper::MARCHER_GPU
+      : options.Marcher == "native" ? vtkOutOfCoreVolumeMapper::MARCHER_NATIVE
+                                    : vtkOutOfCoreVolumeMapper::MARCHER_AUTOMATIC);
 }
 
 double SmallestSpacing(vtkBrickSourceAlgorithm* source)

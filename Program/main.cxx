@@ -138,11 +138,8 @@ Run AddPlan(CLI::App& app)
   AddBytes(command, "--gpu", options->GPUMemory, "GPU memory; default 1G");
   command->add_option("--size", options->Size, "Picture that is drawn, pixels; default 800 600")
     ->check(CLI::Range(1, 16384));
-  command
-    ->add_option("--buffer-texels", options->BufferTexels,
-      "Texels of a buffer texture where the atlas is one, as render --stats tells; default 0, a "
-      "3-D texture")
-    ->check(CLI::NonNegativeNumber);
+  command->add_flag("--native", options->Native,
+    "For the native marcher, whose atlas lies in the memory of the host (render --stats tells)");
   command
     ->add_option("--texture-size", options->TextureSize,
       "Largest edge of a 3-D texture in texels; default 2048")
@@ -210,6 +207,11 @@ Run AddRender(CLI::App& app)
   command
     ->add_option("--background", options->Background, "Red, green, blue in 0...1; default 0 0 0")
     ->check(CLI::Range(0.0, 1.0));
+  command
+    ->add_option("--marcher", options->Marcher,
+      "gpu (shaders), native (this machine's processors), or automatic (default: native where "
+      "OpenGL itself is drawn by processors)")
+    ->check(CLI::IsMember({ "automatic", "gpu", "native" }));
   AddBytes(command, "--gpu-memory", options->GPUMemory, "GPU memory to use");
   AddBytes(command, "--host-memory", options->HostMemory, "Main memory to use");
   command

@@ -46,23 +46,21 @@ AtlasPlan Complete(
   return plan;
 }
 
-// The most slots within the budget, one after the other in a buffer texture; the least atlas if
-// none fit.
-AtlasPlan PlanBuffer(
+// The most slots within the budget, one after the other; the least atlas if none fit.
+AtlasPlan PlanNative(
   const PyramidLayout& layout, const AtlasRequest& request, std::int64_t useful, bool& fits)
 {
   const std::int64_t edge = layout.StoredSize();
   const auto with = [&](std::int64_t slots)
   {
     AtlasPlan plan = Complete(layout, request, { slots, 1, 1 }, { slots * edge, edge, edge });
-    plan.Buffer = true;
-    plan.AtlasBytes *= VoxelsPerBufferTexel;
+    plan.Native = true;
     return plan;
   };
   const auto fit = [&](std::int64_t slots)
   { return with(slots).TotalBytes() + request.ReservedBytes <= request.BudgetBytes; };
   std::int64_t low = SmallestAtlas;
-  std::int64_t high = std::min(useful, request.MaximumBufferTexels / (edge * edge * edge));
+  std::int64_t high = useful;
   fits = fit(low);
   while (fits && low < high)
   {
@@ -148,10 +146,9 @@ Result<AtlasPlan> PlanAtlas(const PyramidLayout& layout, const AtlasRequest& req
   const std::int64_t edge = layout.StoredSize();
   const std::int64_t useful = std::max<std::int64_t>(
     SmallestAtlas, std::min<std::int64_t>(layout.TotalBricks(), request.MaximumSlots));
-  const bool buffer = request.MaximumBufferTexels >= SmallestAtlas * edge * edge * edge;
   bool fits = false;
-  AtlasPlan plan =
-    buffer ? PlanBuffer(layout, request, useful, fits) : PlanTexture(layout, request, useful, fits);
+  AtlasPlan plan = request.Native ? PlanNative(layout, request, useful, fits)
+                                  : PlanTexture(layout, request, useful, fits);
   if (plan.Slots == 0)
   {
     return Status(StatusCode::ResourceExhausted,

@@ -17,9 +17,8 @@ struct AtlasPlan
 {
   Int3 SlotsPerAxis{ 0, 0, 0 };
   Int3 AtlasSize{ 0, 0, 0 }; ///< texels
-  /// Slots lie one after the other in a buffer texture, whose texels hold VoxelsPerBufferTexel
-  /// each.
-  bool Buffer = false;
+  /// Slots lie one after the other in the memory of the host, for the native marcher.
+  bool Native = false;
   std::uint32_t Slots = 0;      ///< at most SlotsPerAxis[0]*[1]*[2]
   std::uint32_t PageBlocks = 0; ///< blocks in the pool
   std::uint64_t AtlasBytes = 0;
@@ -40,10 +39,6 @@ struct AtlasPlan
   }
 };
 
-/// A texel of a buffer texture: a voxel and its neighbours in x, y and both, so that two fetches
-/// bring the eight corners of an interpolation cell.
-inline constexpr std::uint32_t VoxelsPerBufferTexel = 4;
-
 /// Edge of a cell in voxels: the unit in which emptiness inside a resident brick is known.
 inline constexpr int CellEdge = 4;
 
@@ -54,17 +49,17 @@ struct AtlasRequest
   std::uint32_t BytesPerTexel = 1;        ///< of the atlas texture, all components
   bool SlotTable = false;                 ///< wide types are stored relative to their brick
   std::int64_t MaximumTextureSize = 2048; ///< texels per axis of a 3-D texture
-  /// > 0: the atlas is a buffer texture of at most so many texels. Software renderers fetch from
-  /// those in half the time; on GPUs 3-D textures are larger and better cached.
-  std::int64_t MaximumBufferTexels = 0;
+  bool Native = false; ///< for the native marcher: in the memory of the host, of any size
   std::uint32_t MaximumSlots = ~std::uint32_t{ 0 }; ///< for tests of small atlases
 
   /// The request for voxels of a format and a picture of a size; budget and limits as above.
   static AtlasRequest For(const TexelFormat& format, int components, int width, int height);
 };
 
-/// Ray states of a picture: colour, position and intervals (16 bytes each), depth (4), per pixel.
-inline constexpr std::uint64_t RayStateBytesPerPixel = 52;
+/// Ray states of a picture, per pixel: colour, position and intervals (16 bytes each), depth (4); or
+/// for the native marcher colour, position, depth, and colour and depth once more where OpenGL has
+/// them.
+inline constexpr std::uint64_t RayStateBytesPerPixel = 56;
 /// Ray states, tile list and stamps of a picture. Edges in pixels.
 std::uint64_t PictureBytes(int width, int height);
 /// Reserved for uniforms and the tables of the transfer function, so that an edit of the function

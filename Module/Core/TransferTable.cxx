@@ -106,7 +106,7 @@ TransferTable BuildTransferTable(
     }
     integral += i < next ? 0.5 * (s[i] + s[next]) : 0;
   }
-  table.Occupied.resize(nodes + 1);
+  table.Occupied.resize(nodes + 2);
   std::size_t occupied = nodes + 1;
   for (std::size_t i = nodes + 1; i-- > 0;)
   {

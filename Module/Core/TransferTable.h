@@ -33,16 +33,18 @@ struct TransferTable
   double NodesPerUnit = 1; ///< (Nodes - 1) / (High - Low)
   /// Per node: integral of s over nodes up to here (high, low), s here, s at the next node.
   std::vector<std::array<float, 4>> Integrals;
-  /// Per node: red, green, blue, each 0..65535 here (low half) and at the next node (high half).
-  std::vector<std::array<std::uint32_t, 3>> Colors;
+  /// Per node: red, green, blue, each 0..65535 here (low half) and at the next node (high half);
+  /// a word of nothing.
+  std::vector<std::array<std::uint32_t, 4>> Colors;
   /// Per interval, the two beyond the ends included (0 lies before the first node, Nodes behind the
   /// last): the first one from here on that isn't zero, Nodes + 1 if there is none; at most 65535.
+  /// One element more, so that a pair can be read anywhere.
   std::vector<std::uint16_t> Occupied;
 
   /// Size of the tables on the GPU.
   std::uint64_t SizeInBytes() const
   {
-    return 16 * this->Integrals.size() + 12 * this->Colors.size() + 2 * this->Occupied.size();
+    return 16 * this->Integrals.size() + 16 * this->Colors.size() + 2 * this->Occupied.size();
   }
 
   /// Extinction per world length of an opaque wall (opacity 1).

@@ -20,25 +20,24 @@ Result<std::unique_ptr<BrickAtlas>> BrickAtlas::Make(
   atlas->Format_ = format;
   atlas->StoredSize = storedSize;
   atlas->CellsPerBrick = static_cast<int>(CeilDiv(storedSize - 2 * BrickBorder, CellEdge));
-  if (plan.Buffer)
+  if (plan.Native)
   {
-    atlas->VoxelBuffer = GLBuffer(memory, GL_TEXTURE_BUFFER,
-      static_cast<std::size_t>(plan.AtlasBytes), nullptr, GL_DYNAMIC_DRAW);
-    atlas->CellBuffer = GLBuffer(memory, GL_TEXTURE_BUFFER,
-      static_cast<std::size_t>(plan.CellBytes), nullptr, GL_DYNAMIC_DRAW);
-    atlas->Texture = GLTexture(memory, format.QuadFormat, atlas->VoxelBuffer);
-    atlas->Cells = GLTexture(memory, format.CellFormat, atlas->CellBuffer);
+    Result<std::unique_ptr<NativeAtlas>> native = NativeAtlas::Make(plan);
+    if (!native)
+    {
+      return native.GetStatus();
+    }
+    atlas->Native_ = std::move(native.Value());
+    atlas->NativeBytes = MemoryShare(memory, plan.TotalBytes());
+    return atlas;
   }
-  else
-  {
-    atlas->Texture = GLTexture(memory, GL_TEXTURE_3D, format.InternalFormat,
-      static_cast<int>(plan.AtlasSize[0]), static_cast<int>(plan.AtlasSize[1]),
-      static_cast<int>(plan.AtlasSize[2]), format.BytesPerTexel, GL_NEAREST);
-    const auto cells = [&](std::size_t a)
-    { return static_cast<int>(plan.SlotsPerAxis[a]) * atlas->CellsPerBrick; };
-    atlas->Cells = GLTexture(memory, GL_TEXTURE_3D, format.CellFormat, cells(0), cells(1), cells(2),
-      std::size_t{ 2 } * format.BytesPerTexel, GL_NEAREST);
-  }
+  atlas->Texture = GLTexture(memory, GL_TEXTURE_3D, format.InternalFormat,
+    static_cast<int>(plan.AtlasSize[0]), static_cast<int>(plan.AtlasSize[1]),
+    static_cast<int>(plan.AtlasSize[2]), format.BytesPerTexel, GL_NEAREST);
+  const auto cells = [&](std::size_t a)
+  { return static_cast<int>(plan.SlotsPerAxis[a]) * atlas->CellsPerBrick; };
+  atlas->Cells = GLTexture(memory, GL_TEXTURE_3D, format.CellFormat, cells(0), cells(1), cells(2),
+    std::size_t{ 2 } * format.BytesPerTexel, GL_NEAREST);
   atlas->Table = GLBuffer(memory, GL_SHADER_STORAGE_BUFFER,
     static_cast<std::size_t>(plan.DirectoryBytes + plan.PageBlockBytes), nullptr, GL_DYNAMIC_DRAW);
   atlas->TableTexture = GLTexture(memory, GL_RGB32UI, atlas->Table);
@@ -60,20 +59,18 @@ Result<std::unique_ptr<BrickAtlas>> BrickAtlas::Make(
 void BrickAtlas::Upload(std::uint32_t slot, const Brick& brick)
 {
   const ConvertedBrick texels = ConvertBrick(brick, this->Format_);
-  if (this->Plan_.Buffer)
+  this->BytesUploaded_ += texels.Bytes.size() + texels.Cells.size();
+  if (this->Native_)
   {
-    const std::vector<std::uint8_t> quads =
-      MakeQuads(texels.Bytes, this->StoredSize, this->Format_.BytesPerTexel);
-    this->VoxelBuffer.Write(slot * quads.size(), quads.size(), quads.data());
-    this->BytesUploaded_ += quads.size();
-    this->CellBuffer.Write(slot * texels.Cells.size(), texels.Cells.size(), texels.Cells.data());
+    this->Native_->Write(slot, texels.Bytes.data(), texels.Bytes.size(), texels.Cells.data(),
+      texels.Cells.size());
+    if (this->Plan_.SlotTableBytes != 0)
+    {
+      this->Native_->WriteEntry(slot, texels.OffsetHigh, texels.OffsetLow, texels.Scale);
+    }
+    return;
   }
-  else
-  {
-    this->UploadToTexture(slot, texels);
-    this->BytesUploaded_ += texels.Bytes.size();
-  }
-  this->BytesUploaded_ += texels.Cells.size();
+  this->UploadToTexture(slot, texels);
   if (this->Plan_.SlotTableBytes != 0)
   {
     const std::array<float, 4> entry{ texels.OffsetHigh, texels.OffsetLow, texels.Scale, 0 };
@@ -101,8 +98,12 @@ void BrickAtlas::Apply(const PageTable& table, const std::vector<PageTable::Chan
 {
   for (const PageTable::Change& change : changes)
   {
-    this->Table.Write(change.First * sizeof(PageEntry), change.Count * sizeof(PageEntry),
-      table.Entries().data() + change.First);
+    // The native marcher reads the table itself.
+    if (!this->Native_)
+    {
+      this->Table.Write(change.First * sizeof(PageEntry), change.Count * sizeof(PageEntry),
+        table.Entries().data() + change.First);
+    }
     this->TableBytesUploaded += change.Count * sizeof(PageEntry);
   }
 }

@@ -4,6 +4,7 @@
 
 #include "AtlasPlan.h"
 #include "GLObjects.h"
+#include "NativeAtlas.h"
 #include "PageTable.h"
 #include "VoxelFormat.h"
 
@@ -13,8 +14,9 @@
 namespace teravox
 {
 
-/// The GPU's copy of what is resident: the atlas texture of slots, the page table (directory and
-/// pool of blocks in one buffer) and the table of slots. State of one context.
+/// The copy of what is resident that a marcher reads: the atlas of slots, the page table (directory
+/// and pool of blocks in one buffer) and the table of slots; on the GPU, or in the memory of the host
+/// where the plan is for the native marcher. State of one context.
 /// Thread: used by the render thread only, with the context current.
 class BrickAtlas
 {
@@ -28,6 +30,8 @@ public:
   void Apply(const PageTable& table, const std::vector<PageTable::Change>& changes);
 
   void Bind() const;
+  /// Null where the plan is for the GPU.
+  const NativeAtlas* Native() const { return this->Native_.get(); }
   const AtlasPlan& Plan() const { return this->Plan_; }
   const VoxelFormat& Format() const { return this->Format_; }
   std::uint64_t BytesUploaded() const { return this->BytesUploaded_; }
@@ -39,9 +43,9 @@ private:
   AtlasPlan Plan_;
   VoxelFormat Format_;
   int StoredSize = 0;
-  GLBuffer VoxelBuffer; ///< where the plan asks for a buffer
-  GLBuffer CellBuffer;
-  GLTexture Texture; ///< voxels: a 3-D texture, or a view of the buffer
+  std::unique_ptr<NativeAtlas> Native_;
+  MemoryShare NativeBytes; ///< what it and the page table take
+  GLTexture Texture;
   GLTexture Cells;
   int CellsPerBrick = 0;
   GLBuffer Table;

@@ -26,6 +26,46 @@ struct GPUMemory
   void Remove(std::uint64_t bytes) { this->Used -= bytes; }
 };
 
+/// Memory of the host that counts against the GPU's budget, because it is there in its stead.
+/// Move-only value.
+class MemoryShare
+{
+public:
+  MemoryShare() = default;
+  MemoryShare(GPUMemory& memory, std::uint64_t bytes)
+    : Memory(&memory)
+    , Bytes(bytes)
+  {
+    memory.Add(bytes);
+  }
+  ~MemoryShare() { this->Release(); }
+  MemoryShare(const MemoryShare&) = delete;
+  MemoryShare& operator=(const MemoryShare&) = delete;
+  MemoryShare(MemoryShare&& o) noexcept
+    : Memory(std::exchange(o.Memory, nullptr))
+    , Bytes(o.Bytes)
+  {
+  }
+  MemoryShare& operator=(MemoryShare&& o) noexcept
+  {
+    std::swap(this->Memory, o.Memory);
+    std::swap(this->Bytes, o.Bytes);
+    return *this;
+  }
+  void Release()
+  {
+    if (this->Memory != nullptr)
+    {
+      this->Memory->Remove(this->Bytes);
+    }
+    this->Memory = nullptr;
+  }
+
+private:
+  GPUMemory* Memory = nullptr;
+  std::uint64_t Bytes = 0;
+};
+
 /// Whether the current context draws on the CPU.
 bool IsSoftwareRenderer();
 

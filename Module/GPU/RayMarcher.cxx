@@ -75,6 +75,7 @@ Result<const GLProgram*> RayMarcher::Program(
 
 void RayMarcher::SetTransferTable(const TransferTable& table)
 {
+  this->Table = &table;
   const auto put = [this](const auto& words, GLenum format, GLBuffer& buffer, GLTexture& texture)
   {
     const std::size_t bytes = words.size() * sizeof(words[0]);
@@ -89,7 +90,7 @@ void RayMarcher::SetTransferTable(const TransferTable& table)
     texture = GLTexture(this->Memory, format, buffer);
   };
   put(table.Integrals, GL_RGBA32F, this->TransferBuffer, this->TransferTexture);
-  put(table.Colors, GL_RGB32UI, this->ColorBuffer, this->ColorTexture);
+  put(table.Colors, GL_RGBA32UI, this->ColorBuffer, this->ColorTexture);
   put(table.Occupied, GL_R16UI, this->OccupiedBuffer, this->OccupiedTexture);
 }
 
@@ -144,11 +145,32 @@ void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
   }
   view.Depth.Bind(0);
   glCopyTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, x, y, view.Width(), view.Height());
+  if (!view.Native.Depth.empty())
+  {
+    glGetTexImage(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT, GL_FLOAT, view.Native.Depth.data());
+  }
 }
 
 Status RayMarcher::Begin(
   ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals)
 {
+  view.ActiveTiles.clear();
+  constexpr int edge = static_cast<int>(shared::TILE_SIZE);
+  const std::array<int, 4>& seen = intervals.Rectangle;
+  for (int y = seen[1] / edge; y * edge < seen[3]; ++y)
+  {
+    for (int x = seen[0] / edge; x * edge < seen[2]; ++x)
+    {
+      view.ActiveTiles.push_back(
+        static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 16);
+    }
+  }
+  if (!view.Native.Color.empty())
+  {
+    view.Native.Clear();
+    this->Intervals = intervals;
+    return {};
+  }
   Result<const GLProgram*> program = this->Program("FullScreen.vert", "Intervals.frag", {});
   if (!program)
   {
@@ -174,24 +196,45 @@ Status RayMarcher::Begin(
   const std::array<GLint, 4> nowhere{ 0, 0, 0, 0 };
   glClearBufferfv(GL_COLOR, 0, clear.data());
   glClearBufferiv(GL_COLOR, 1, nowhere.data());
-
-  view.ActiveTiles.clear();
-  constexpr int edge = static_cast<int>(shared::TILE_SIZE);
-  const std::array<int, 4>& seen = intervals.Rectangle;
-  for (int y = seen[1] / edge; y * edge < seen[3]; ++y)
-  {
-    for (int x = seen[0] / edge; x * edge < seen[2]; ++x)
-    {
-      view.ActiveTiles.push_back(
-        static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 16);
-    }
-  }
   return {};
 }
 
-Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas,
-  MarchParameters& parameters, const ShaderVariant& variant)
+PassResult RayMarcher::DrawNativePass(ViewState& view, const BrickAtlas& atlas,
+  const PageTable& table, const MarchParameters& parameters, const ShaderVariant& variant)
 {
+  NativeScene scene;
+  scene.Parameters = &parameters;
+  scene.Intervals = &this->Intervals;
+  scene.Voxels = atlas.Native()->Voxels();
+  scene.Cells = atlas.Native()->Cells();
+  scene.SlotTable = atlas.Native()->SlotTable();
+  static_assert(sizeof(PageEntry) == 3 * sizeof(std::uint32_t));
+  scene.PageTable = reinterpret_cast<const std::uint32_t*>(table.Entries().data());
+  scene.Integrals = this->Table->Integrals.front().data();
+  scene.Colors = this->Table->Colors.front().data();
+  scene.Occupied = this->Table->Occupied.data();
+  scene.Width = view.Width();
+  scene.Height = view.Height();
+  scene.Color = view.Native.Color.data();
+  scene.Position = view.Native.Position.data();
+  scene.Depth = view.Native.Depth.data();
+  scene.BytesPerTexel = atlas.Format().BytesPerTexel;
+  scene.FloatTexels = variant.FloatData;
+  scene.Nearest = variant.Nearest;
+  scene.FixedStep = variant.FixedStep;
+  scene.Shade = variant.Shade;
+  scene.Interactive = variant.Interactive;
+  scene.ShowLevel = variant.ShowLevel;
+  return this->Native.DrawPass(scene, atlas.Plan().Slots, atlas.Plan().PageBlocks, view.ActiveTiles);
+}
+
+Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas,
+  const PageTable& table, MarchParameters& parameters, const ShaderVariant& variant)
+{
+  if (atlas.Native() != nullptr)
+  {
+    return this->DrawNativePass(view, atlas, table, parameters, variant);
+  }
   Result<const GLProgram*> program = this->Program("Tiles.vert", "RayMarch.frag", variant);
   if (!program)
   {
@@ -303,6 +346,12 @@ Status RayMarcher::Compose(ViewState& view, GLuint framebuffer, int x, int y)
   if (!program)
   {
     return program.GetStatus();
+  }
+  if (!view.Native.Color.empty())
+  {
+    view.Color.Bind(0);
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_RGBA, GL_FLOAT,
+      view.Native.Color.data());
   }
   const GLProgram& p = *program.Value();
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);

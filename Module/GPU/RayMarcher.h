@@ -4,70 +4,19 @@
 
 #include "BrickAtlas.h"
 #include "GLObjects.h"
-#include "Residency.h"
+#include "MarchParameters.h"
+#include "NativeMarcher.h"
+#include "PassResult.h"
 #include "ShaderLibrary.h"
 #include "TransferTable.h"
 #include "ViewState.h"
 
-#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
 
 namespace teravox
 {
-
-/// The uniform block of Shaders/Library/Bindings.glsl, std140: vectors of four only.
-struct MarchParameters
-{
-  using Vec = std::array<float, 4>;
-  using UVec = std::array<std::uint32_t, 4>;
-  std::array<Vec, 3> RayOrigin{};
-  std::array<Vec, 3> RayDirection{};
-  std::array<Vec, 3> RayWorld{};
-  UVec Anchor{};
-  UVec Dimensions{};
-  UVec Levels{};
-  std::array<UVec, 32> LevelFactor{};
-  std::array<UVec, 32> LevelBricks{};
-  std::array<Vec, 32> LevelStart{};
-  UVec Atlas{};
-  Vec Value{};
-  Vec Transfer{};
-  Vec Step{};
-  UVec Limits{};
-  UVec Switches{};
-  Vec Material{};
-  Vec LightDiffuse{};
-  Vec LightSpecular{};
-  std::array<Vec, 3> Normal{};
-  std::array<Vec, 3> Dataset{};
-  Vec Eye{};
-};
-
-/// Where the rays of a picture may run.
-struct IntervalParameters
-{
-  std::array<float, 3> BoxLow{};
-  std::array<float, 3> BoxHigh{};
-  float Near = 0; ///< view depths
-  float Far = 0;
-  bool HasDepth = false;              ///< ViewState::Depth holds the opaque depth
-  std::array<float, 4> DepthToView{}; ///< view depth = (x + y d) / (z + w d)
-  /// Pixels outside see nothing of the box: left, bottom, right, top, the last two exclusive.
-  std::array<int, 4> Rectangle{};
-};
-
-struct PassResult
-{
-  Feedback Report;
-  bool Waiting = false;
-  bool Unfinished = false;
-  bool Overflow = false;
-  bool Fallback = false;
-  std::uint64_t Samples = 0;
-  std::uint64_t Contributing = 0;
-};
 
 /// Draws passes of one variant with given atlas, transfer table, view and parameters. State of one
 /// context. Thread: used by the render thread only, with the context current and saved by a
@@ -79,6 +28,7 @@ public:
   /// compile.
   static Result<std::unique_ptr<RayMarcher>> Make(GPUMemory& memory);
 
+  /// The table must stay where it is.
   void SetTransferTable(const TransferTable& table);
 
   /// Copies the depth of the frame buffer that is bound for drawing, resolving samples.
@@ -86,8 +36,8 @@ public:
   /// Begins a picture: intervals, cleared accumulators, all tiles active.
   Status Begin(ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals);
   /// One pass over the active tiles.
-  Result<PassResult> DrawPass(ViewState& view, const BrickAtlas& atlas, MarchParameters& parameters,
-    const ShaderVariant& variant);
+  Result<PassResult> DrawPass(ViewState& view, const BrickAtlas& atlas, const PageTable& table,
+    MarchParameters& parameters, const ShaderVariant& variant);
   /// Blends the accumulators into a frame buffer at a place in pixels.
   Status Compose(ViewState& view, GLuint framebuffer, int x, int y);
 
@@ -98,9 +48,14 @@ private:
   }
   Result<const GLProgram*> Program(
     const std::string& vertex, const std::string& fragment, const ShaderVariant& variant);
+  PassResult DrawNativePass(ViewState& view, const BrickAtlas& atlas, const PageTable& table,
+    const MarchParameters& parameters, const ShaderVariant& variant);
   void ReadFeedback(ViewState& view, const AtlasPlan& plan, PassResult& result);
 
   GPUMemory& Memory;
+  const TransferTable* Table = nullptr;
+  NativeMarcher Native;
+  IntervalParameters Intervals; ///< of the picture under way, for the native marcher
   GLBuffer Uniforms;
   GLBuffer TransferBuffer;
   GLTexture TransferTexture;

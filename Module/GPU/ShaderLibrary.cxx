@@ -21,10 +21,9 @@ struct Feature
   const char* Name;
   bool ShaderVariant::*Member;
 };
-constexpr std::array<Feature, 10> Features = { {
+constexpr std::array<Feature, 9> Features = { {
   { "TERAVOX_NEAREST", &ShaderVariant::Nearest },
   { "TERAVOX_FIXED_STEP", &ShaderVariant::FixedStep },
-  { "TERAVOX_BUFFER_ATLAS", &ShaderVariant::BufferAtlas },
   { "TERAVOX_FLOAT_DATA", &ShaderVariant::FloatData },
   { "TERAVOX_SLOT_TABLE", &ShaderVariant::SlotTable },
   { "TERAVOX_SHADE", &ShaderVariant::Shade },

@@ -16,7 +16,6 @@ struct ShaderVariant
 {
   bool Nearest = false;
   bool FixedStep = false;
-  bool BufferAtlas = false;
   bool FloatData = false;
   bool SlotTable = false;
   bool Shade = false;

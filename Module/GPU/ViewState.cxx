@@ -34,7 +34,7 @@ std::size_t ViewState::FeedbackWords() const
 bool ViewState::Resize(GPUMemory& memory, int width, int height, const AtlasPlan& plan)
 {
   if (width == this->Width_ && height == this->Height_ && plan.Slots == this->Slots &&
-    plan.PageBlocks == this->PageBlocks && this->Feedback.Id() != 0)
+    plan.PageBlocks == this->PageBlocks && plan.Native == this->Native_ && this->Color.Id() != 0)
   {
     return true;
   }
@@ -43,15 +43,24 @@ bool ViewState::Resize(GPUMemory& memory, int width, int height, const AtlasPlan
   this->Height_ = height;
   this->Slots = plan.Slots;
   this->PageBlocks = plan.PageBlocks;
+  this->Native_ = plan.Native;
   while (glGetError() != GL_NO_ERROR)
   {
   }
   const auto make = [&](GLenum format, std::size_t bytes)
   { return GLTexture(memory, GL_TEXTURE_2D, format, width, height, 1, bytes, GL_NEAREST); };
   this->Color = make(GL_RGBA32F, 16);
+  this->Depth = make(GL_DEPTH_COMPONENT32F, 4);
+  if (plan.Native)
+  {
+    this->Native.Resize(width, height);
+    this->NativeBytes = MemoryShare(memory,
+      NativeView::BytesPerPixel * static_cast<std::uint64_t>(width) *
+        static_cast<std::uint64_t>(height));
+    return glGetError() == GL_NO_ERROR;
+  }
   this->Position = make(GL_RGBA32I, 16);
   this->Intervals = make(GL_RGBA32F, 16);
-  this->Depth = make(GL_DEPTH_COMPONENT32F, 4);
   const std::vector<std::uint32_t> zeros(this->FeedbackWords(), 0);
   this->Feedback =
     GLBuffer(memory, GL_SHADER_STORAGE_BUFFER, zeros.size() * 4, zeros.data(), GL_DYNAMIC_READ);
@@ -79,6 +88,8 @@ bool ViewState::Resize(GPUMemory& memory, int width, int height, const AtlasPlan
 
 void ViewState::Release()
 {
+  this->Native = {};
+  this->NativeBytes.Release();
   this->Color.Release();
   this->Position.Release();
   this->Intervals.Release();

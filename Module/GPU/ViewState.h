@@ -4,6 +4,7 @@
 
 #include "AtlasPlan.h"
 #include "GLObjects.h"
+#include "NativeMarcher.h"
 
 #include <cstdint>
 #include <vector>
@@ -30,6 +31,7 @@ public:
   std::uint32_t TileStampIndex() const;
   std::size_t FeedbackWords() const;
 
+  NativeView Native; ///< of the native marcher; its colours are copied to Color to be blended
   GLTexture Color;
   GLTexture Position;
   GLTexture Intervals;
@@ -42,10 +44,12 @@ public:
   std::vector<std::uint32_t> ActiveTiles; ///< x | y << 16
 
 private:
+  MemoryShare NativeBytes;
   int Width_ = 0;
   int Height_ = 0;
   std::uint32_t Slots = 0;
   std::uint32_t PageBlocks = 0;
+  bool Native_ = false;
 };
 
 } // namespace teravox

@@ -138,18 +138,13 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
   GLint largest = 0;
   glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &largest);
   wanted.MaximumTextureSize = largest;
-  const bool buffer = this->Settings.Storage == AtlasStorage::Automatic
+  wanted.Native = this->Settings.Marcher == MarcherKind::Automatic
     ? IsSoftwareRenderer()
-    : this->Settings.Storage == AtlasStorage::Buffer;
-  if (buffer)
-  {
-    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &largest);
-    wanted.MaximumBufferTexels = largest;
-  }
+    : this->Settings.Marcher == MarcherKind::Native;
   const bool fits = this->Atlas && this->Plan_.Slots != 0 &&
     wanted.BudgetBytes == this->PlannedFor_.BudgetBytes &&
     wanted.MaximumSlots == this->PlannedFor_.MaximumSlots &&
-    wanted.MaximumBufferTexels == this->PlannedFor_.MaximumBufferTexels &&
+    wanted.Native == this->PlannedFor_.Native &&
     this->Plan_.TotalBytes() + wanted.ReservedBytes <= wanted.BudgetBytes;
   if (fits)
   {
@@ -284,7 +279,8 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
   parameters.Atlas = { static_cast<std::uint32_t>(n[0]), static_cast<std::uint32_t>(n[1]),
     static_cast<std::uint32_t>(n[2]),
     static_cast<std::uint32_t>(this->Source_->Info().Layout.StoredSize()) };
-  parameters.Value = { static_cast<float>(format.Scale), static_cast<float>(format.Offset), 0.0f,
+  parameters.Value = { static_cast<float>(this->Plan_.Native ? format.NativeScale() : format.Scale),
+    static_cast<float>(format.Offset), 0.0f,
     0.0f };
   const auto low = static_cast<float>(this->Transfer.Low);
   parameters.Transfer = { low, static_cast<float>(this->Transfer.Low - static_cast<double>(low)),
@@ -330,7 +326,6 @@ Status VolumeEngine::RunPasses(
   ShaderVariant variant;
   variant.Nearest = request.Nearest;
   variant.FixedStep = !request.Nearest && request.Tolerance <= 0;
-  variant.BufferAtlas = this->Plan_.Buffer;
   variant.FloatData = this->Atlas->Format().DataType == GL_FLOAT;
   variant.SlotTable = this->Atlas->Format().Relative;
   variant.Shade = request.Shade;
@@ -379,7 +374,7 @@ Status VolumeEngine::RunPasses(
     }
     variant.Substitute = !variant.Interactive && this->Table->NumberOfFailed() > 0;
     const double start = Now();
-    Result<PassResult> pass = this->Marcher->DrawPass(view, *this->Atlas, parameters, variant);
+    Result<PassResult> pass = this->Marcher->DrawPass(view, *this->Atlas, *this->Table, parameters, variant);
     if (!pass)
     {
       return pass.GetStatus();

@@ -24,14 +24,13 @@ namespace teravox
 {
 
 /// Budgets and switches of an engine; a change of one that matters rebuilds what depends on it.
-/// What holds the voxels; the picture is the same. Automatic: a buffer texture with software
-/// renderers, which fetch from it in half the time, else a 3-D texture, which is larger and better
-/// cached.
-enum class AtlasStorage
+/// What draws. Automatic: native code where OpenGL is drawn by this machine's processors itself,
+/// which takes several times as long for it, else the GPU.
+enum class MarcherKind
 {
   Automatic,
-  Texture,
-  Buffer
+  GPU,
+  Native
 };
 
 struct EngineSettings
@@ -40,7 +39,7 @@ struct EngineSettings
   std::uint64_t HostMemoryBudget = 0;
   int LoaderThreads = 2;
   std::uint32_t MaximumSlots = ~std::uint32_t{ 0 }; ///< for tests of small atlases
-  AtlasStorage Storage = AtlasStorage::Automatic;
+  MarcherKind Marcher = MarcherKind::Automatic;
   std::optional<std::uint64_t> ShuffleSeed; ///< for tests of arrival orders
 };
 

@@ -21,19 +21,16 @@ VoxelFormat VoxelFormat::Choose(ScalarType type)
   {
     case 1:
       format.InternalFormat = GL_R8;
-      format.QuadFormat = GL_RGBA8;
       format.DataType = GL_UNSIGNED_BYTE;
       format.CellFormat = GL_RG8;
       break;
     case 2:
       format.InternalFormat = GL_R16;
-      format.QuadFormat = GL_RGBA16;
       format.DataType = GL_UNSIGNED_SHORT;
       format.CellFormat = GL_RG16;
       break;
     default:
       format.InternalFormat = GL_R32F;
-      format.QuadFormat = GL_RGBA32F;
       format.DataType = GL_FLOAT;
       format.CellFormat = GL_RG32F;
       break;
@@ -206,52 +203,6 @@ ConvertedBrick ConvertBrick(const Brick& brick, const VoxelFormat& format)
       break;
   }
   return out;
-}
-
-namespace
-{
-template <typename T>
-void FillQuads(const std::uint8_t* texels, int edge, std::uint8_t* quads)
-{
-  const auto* in = reinterpret_cast<const T*>(texels);
-  auto* out = reinterpret_cast<T*>(quads);
-  const auto n = static_cast<std::size_t>(edge);
-  for (std::size_t z = 0; z < n; ++z)
-  {
-    for (std::size_t y = 0; y < n; ++y)
-    {
-      const T* row = in + (z * n + y) * n;
-      const T* above = y + 1 < n ? row + n : row;
-      for (std::size_t x = 0; x < n; ++x)
-      {
-        const std::size_t next = x + 1 < n ? x + 1 : x;
-        *out++ = row[x];
-        *out++ = row[next];
-        *out++ = above[x];
-        *out++ = above[next];
-      }
-    }
-  }
-}
-} // namespace
-
-std::vector<std::uint8_t> MakeQuads(
-  const std::vector<std::uint8_t>& texels, int edge, std::uint32_t bytesPerTexel)
-{
-  std::vector<std::uint8_t> quads(texels.size() * VoxelsPerBufferTexel);
-  switch (bytesPerTexel)
-  {
-    case 1:
-      FillQuads<std::uint8_t>(texels.data(), edge, quads.data());
-      break;
-    case 2:
-      FillQuads<std::uint16_t>(texels.data(), edge, quads.data());
-      break;
-    default:
-      FillQuads<float>(texels.data(), edge, quads.data());
-      break;
-  }
-  return quads;
 }
 
 } // namespace teravox

@@ -19,10 +19,11 @@ struct VoxelFormat : TexelFormat
 {
   GLenum InternalFormat = GL_R16;
   GLenum DataType = GL_UNSIGNED_SHORT; ///< of the uploaded texels
-  GLenum QuadFormat = GL_RGBA16;       ///< of VoxelsPerBufferTexel voxels
   GLenum CellFormat = GL_RG16;         ///< of two texel values, least and largest
   double Scale = 1;
   double Offset = 0;
+  /// The factor of a texel as it is stored, which OpenGL reads as a number up to 1.
+  double NativeScale() const { return this->DataType == GL_FLOAT ? this->Scale : 1; }
 
   /// TexelFormat::Choose() in OpenGL's words.
   static VoxelFormat Choose(ScalarType type);
@@ -42,10 +43,5 @@ struct ConvertedBrick
 /// Cells are of CellEdge^3 voxels inside the border; their ranges include the voxels that linear
 /// interpolation reaches from them, and leave NaN out.
 ConvertedBrick ConvertBrick(const Brick& brick, const VoxelFormat& format);
-
-/// The texels of a brick of edge^3 voxels for a buffer texture: VoxelsPerBufferTexel voxels each,
-/// the last ones of an axis repeated.
-std::vector<std::uint8_t> MakeQuads(
-  const std::vector<std::uint8_t>& texels, int edge, std::uint32_t bytesPerTexel);
 
 } // namespace teravox

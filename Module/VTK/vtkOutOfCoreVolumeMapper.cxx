@@ -223,7 +223,7 @@ void vtkOutOfCoreVolumeMapper::PrintSelf(ostream& os, vtkIndent indent)
      << indent << "NumberOfLoaderThreads: " << this->NumberOfLoaderThreads << "\n"
      << indent << "BrickSize: " << this->BrickSize << "\n"
      << indent << "MaximumNumberOfSlots: " << this->MaximumNumberOfSlots << "\n"
-     << indent << "AtlasStorage: " << this->AtlasStorage << "\n"
+     << indent << "Marcher: " << this->Marcher << "\n"
      << indent << "ArrivalShuffleSeed: " << this->ArrivalShuffleSeed << "\n"
      << indent << "ConvergeTimeout: " << this->ConvergeTimeout << "\n"
      << indent << "CountSamples: " << this->CountSamples << "\n"
@@ -785,7 +785,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   settings.GPUMemoryBudget = this->GetEffectiveGPUMemoryBudget();
   settings.HostMemoryBudget = this->GetEffectiveHostMemoryBudget();
   settings.LoaderThreads = this->NumberOfLoaderThreads;
-  settings.Storage = static_cast<teravox::AtlasStorage>(this->AtlasStorage);
+  settings.Marcher = static_cast<teravox::MarcherKind>(this->Marcher);
   if (this->MaximumNumberOfSlots != 0)
   {
     settings.MaximumSlots = std::max<std::uint32_t>(this->MaximumNumberOfSlots, 2);
@@ -960,10 +960,9 @@ vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetAddressingMemoryUsed()
   return this->Internals->Engine.AddressingBytes();
 }
 
-vtkTypeInt64 vtkOutOfCoreVolumeMapper::GetMaximumBufferTexels()
+bool vtkOutOfCoreVolumeMapper::IsMarcherNative()
 {
-  const teravox::VolumeEngine& engine = this->Internals->Engine;
-  return engine.Plan().Slots > 0 ? engine.PlannedFor().MaximumBufferTexels : 0;
+  return this->Internals->Engine.Plan().Native;
 }
 
 int vtkOutOfCoreVolumeMapper::GetMaximumTextureSize()

@@ -144,11 +144,22 @@ public:
 
   ///@{
   /**
-   * What holds the bricks on the GPU: 0 (default) what suits the driver, 1 a 3-D texture, 2 a
-   * buffer texture. The picture is the same, bit for bit. For tests and measurements.
+   * What draws: the GPU by shaders, or native code on this machine's processors with the atlas in
+   * the memory of the host (it counts against the GPU's budget). Both keep the tolerance; native code
+   * is several times as fast where OpenGL itself is drawn by processors (Mesa's llvmpipe).
+   * Default: MARCHER_AUTOMATIC, native with such a driver, else the GPU.
    */
-  vtkSetClampMacro(AtlasStorage, int, 0, 2);
-  vtkGetMacro(AtlasStorage, int);
+  enum MarcherType
+  {
+    MARCHER_AUTOMATIC = 0,
+    MARCHER_GPU = 1,
+    MARCHER_NATIVE = 2
+  };
+  vtkSetClampMacro(Marcher, int, MARCHER_AUTOMATIC, MARCHER_NATIVE);
+  vtkGetMacro(Marcher, int);
+  void SetMarcherToAutomatic() { this->SetMarcher(MARCHER_AUTOMATIC); }
+  void SetMarcherToGPU() { this->SetMarcher(MARCHER_GPU); }
+  void SetMarcherToNative() { this->SetMarcher(MARCHER_NATIVE); }
   ///@}
 
   ///@{
@@ -218,11 +229,10 @@ public:
   vtkTypeUInt64 GetPeakHostMemoryUsed();
   vtkTypeUInt64 GetAddressingMemoryUsed();
   /**
-   * What the atlas is planned with, as `teravox plan` takes it: the most texels of a buffer texture
-   * (0: the atlas is a 3-D texture), and the largest edge of a 3-D texture in texels. 0 before the
-   * first frame.
+   * What the atlas is planned with, as `teravox plan` takes it: whether the native marcher draws (see
+   * SetMarcher), and the largest edge of a 3-D texture in texels. False and 0 before the first frame.
    */
-  vtkTypeInt64 GetMaximumBufferTexels();
+  bool IsMarcherNative();
   int GetMaximumTextureSize();
   /** Seconds from the first Render() after a new source to the first complete picture. */
   double GetTimeToFirstPicture();
@@ -271,7 +281,7 @@ protected:
   int NumberOfLoaderThreads = 2;
   int BrickSize = 64;
   vtkTypeUInt32 MaximumNumberOfSlots = 0;
-  int AtlasStorage = 0;
+  int Marcher = MARCHER_AUTOMATIC;
   vtkTypeUInt64 ArrivalShuffleSeed = 0;
   double ConvergeTimeout = 60;
   vtkTypeBool CountSamples = 0;

@@ -9,13 +9,8 @@ struct BrickView
 {
   vec3 base;
   vec3 direction;
-#if TERAVOX_BUFFER_ATLAS
-  int firstVoxel;
-  int firstCell;
-#else
   ivec3 firstVoxel;
   ivec3 firstCell;
-#endif
   float scale; // data value above the transfer function's lower end = scale * texel + offset
   float offset;
 };
@@ -37,15 +32,9 @@ BrickView ViewBrick(Ray ray, int level, uvec3 brick, uint slot)
   view.base = base;
   view.direction = direction;
   int cells = CellsAlong();
-#if TERAVOX_BUFFER_ATLAS
-  int edge = int(u_atlas.w);
-  view.firstVoxel = int(slot) * edge * edge * edge;
-  view.firstCell = int(slot) * cells * cells * cells;
-#else
   uvec3 at = uvec3(slot % u_atlas.x, slot / u_atlas.x % u_atlas.y, slot / (u_atlas.x * u_atlas.y));
   view.firstVoxel = ivec3(at * u_atlas.w);
   view.firstCell = ivec3(at) * cells;
-#endif
 #if TERAVOX_SLOT_TABLE
   vec4 entry = b_slots[slot];
   precise float offset = (entry.x - u_transfer.x) + (entry.y - u_transfer.y);
@@ -67,23 +56,13 @@ vec3 LocalPosition(BrickView view, float t)
 // One voxel of the stored brick.
 float Voxel(BrickView view, ivec3 at)
 {
-#if TERAVOX_BUFFER_ATLAS
-  int edge = int(u_atlas.w);
-  return texelFetch(u_atlasTexels, view.firstVoxel + at.x + edge * (at.y + edge * at.z)).r;
-#else
   return texelFetch(u_atlasTexture, view.firstVoxel + at, 0).r;
-#endif
 }
 
 // Least and largest texel of a cell of CELL_EDGE^3 voxels, filter support included.
 vec2 CellRange(BrickView view, ivec3 at)
 {
-#if TERAVOX_BUFFER_ATLAS
-  int cells = CellsAlong();
-  return texelFetch(u_cellTexels, view.firstCell + at.x + cells * (at.y + cells * at.z)).rg;
-#else
   return texelFetch(u_cells, view.firstCell + at, 0).rg;
-#endif
 }
 
 // Position of a texel value in nodes of the transfer table.
@@ -105,13 +84,8 @@ struct Corners
 // A voxel and its neighbours in x, y and both.
 vec4 Quad(BrickView view, ivec3 at)
 {
-#if TERAVOX_BUFFER_ATLAS
-  int edge = int(u_atlas.w);
-  return texelFetch(u_atlasTexels, view.firstVoxel + at.x + edge * (at.y + edge * at.z));
-#else
   return vec4(Voxel(view, at), Voxel(view, at + ivec3(1, 0, 0)), Voxel(view, at + ivec3(0, 1, 0)),
     Voxel(view, at + ivec3(1, 1, 0)));
-#endif
 }
 
 Corners FetchCorners(BrickView view, ivec3 at)

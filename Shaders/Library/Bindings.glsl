@@ -32,13 +32,8 @@ layout(std140, binding = 0) uniform View
   vec4 u_eye;        // xyz: the camera's position, anchored voxels
 };
 
-#if TERAVOX_BUFFER_ATLAS
-layout(binding = 0) uniform samplerBuffer u_atlasTexels; // brick after brick, x fastest; see Quad()
-layout(binding = 4) uniform samplerBuffer u_cellTexels;
-#else
 layout(binding = 0) uniform sampler3D u_atlasTexture;
 layout(binding = 4) uniform sampler3D u_cells; // least and largest texel of each cell
-#endif
 layout(binding = 1) uniform samplerBuffer u_transferTable;   // integral (high, low), s_i, s_i+1
 layout(binding = 5) uniform usamplerBuffer u_transferColors; // of each node and the next
 layout(binding = 3) uniform usamplerBuffer

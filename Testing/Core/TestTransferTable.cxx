@@ -365,7 +365,7 @@ TEST(TransferTable, ZeroIsExactlyZeroAndCounted)
     EXPECT_GT(empty, view.Nodes() / 2);
     EXPECT_LT(empty, view.Nodes());
     // Before the first node nothing is visible, behind the last one the function goes on.
-    ASSERT_EQ(table.Occupied.size(), static_cast<std::size_t>(view.Nodes()) + 1);
+    ASSERT_EQ(table.Occupied.size(), static_cast<std::size_t>(view.Nodes()) + 2);
     EXPECT_GT(view.Occupied(0), 0);
     EXPECT_EQ(view.Occupied(view.Nodes()), view.Nodes());
     // Over any span: no occupied interval if and only if the integral is 0, exactly.

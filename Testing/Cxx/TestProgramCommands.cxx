@@ -97,7 +97,7 @@ TEST(ProgramUsage, WrongUsageIsOneSentenceAndExitCodeTwo)
   ExpectFailure(RunProgram({ "plan", "10", "10" }), 2, "nz");
   ExpectFailure(RunProgram({ "plan", "10", "10", "ten" }), 2, "ten");
   ExpectFailure(RunProgram({ "plan", "10", "10", "10", "--type", "u64" }), 2, "u64");
-  ExpectFailure(RunProgram({ "plan", "10", "10", "10", "--buffer-texels", "-1" }), 2, "-1");
+  ExpectFailure(RunProgram({ "render", "a.h5", "b.png", "--marcher", "cpu" }), 2, "cpu");
   ExpectFailure(RunProgram({ "bench", "fly" }), 2, "fly");
   ExpectFailure(RunProgram({ "bench", "scale", "--files", "64" }), 2, "64");
   ExpectFailure(RunProgram({ "render", "a.h5", "b.png", "--size", "0", "5" }), 2, "0");
@@ -327,22 +327,29 @@ nlohmann::json PlanOf(const std::vector<std::string>& more)
 TEST(ProgramPlan, StatesWhatItAssumesOfTheDriver)
 {
   const auto usual = PlanOf({ "--type", "u8" });
-  EXPECT_EQ(usual["assumed"]["buffer_texels"], 0);
+  EXPECT_EQ(usual["assumed"]["marcher"], "gpu");
   EXPECT_EQ(usual["assumed"]["size"], nlohmann::json({ 800, 600 }));
   EXPECT_EQ(usual["bytes_per_texel"], 1);
   EXPECT_GT(PlanOf({ "--type", "u8", "--size", "8000", "6000" })["reserved_bytes"],
     usual["reserved_bytes"]);
-  for (const char* texels : { "0", "134217728" })
+  for (const bool native : { false, true })
   {
+    std::vector<std::string> rgba{ "--type", "rgba8" };
+    std::vector<std::string> f32{ "--type", "f32" };
+    if (native)
+    {
+      rgba.emplace_back("--native");
+      f32.emplace_back("--native");
+    }
     // RGBA of 8 bits and floats are both 4 bytes: the same atlas, the same addressing.
-    const auto colors = PlanOf({ "--type", "rgba8", "--buffer-texels", texels });
-    const auto floats = PlanOf({ "--type", "f32", "--buffer-texels", texels });
-    EXPECT_EQ(colors["bytes_per_texel"], 4) << texels;
-    EXPECT_EQ(floats["bytes_per_texel"], 4) << texels;
-    EXPECT_EQ(colors["atlas_slots"], floats["atlas_slots"]) << texels;
-    EXPECT_EQ(colors["addressing_bytes"], floats["addressing_bytes"]) << texels;
-    EXPECT_LE(colors["addressing_bytes"].get<double>(), 2e6) << texels;
-    std::printf("  buffer texels %s: %llu slots, %llu bytes of addressing\n", texels,
+    const auto colors = PlanOf(rgba);
+    const auto floats = PlanOf(f32);
+    EXPECT_EQ(colors["bytes_per_texel"], 4) << native;
+    EXPECT_EQ(floats["bytes_per_texel"], 4) << native;
+    EXPECT_EQ(colors["atlas_slots"], floats["atlas_slots"]) << native;
+    EXPECT_EQ(colors["addressing_bytes"], floats["addressing_bytes"]) << native;
+    EXPECT_LE(colors["addressing_bytes"].get<double>(), 2e6) << native;
+    std::printf("  %s: %llu slots, %llu bytes of addressing\n", native ? "native" : "GPU",
       colors["atlas_slots"].get<unsigned long long>(),
       colors["addressing_bytes"].get<unsigned long long>());
   }

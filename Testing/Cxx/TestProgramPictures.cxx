@@ -193,9 +193,12 @@ TEST_F(ProgramPictures, PlansWhatIsAllocated)
     const Outcome drawn = RunProgram(render);
     ASSERT_EQ(drawn.ExitCode, 0) << drawn.Error;
     const auto json = nlohmann::json::parse(std::ifstream(stats));
-    std::vector<std::string> plan{ "plan", "--type", type, "--gpu", "100M", "--buffer-texels",
-      std::to_string(json["buffer_texels"].get<int>()), "--texture-size",
+    std::vector<std::string> plan{ "plan", "--type", type, "--gpu", "100M", "--texture-size",
       std::to_string(json["texture_size"].get<int>()), "--json" };
+    if (json["marcher"] == "native")
+    {
+      plan.emplace_back("--native");
+    }
     plan.insert(plan.end(), volume.begin(), volume.end());
     const Outcome planned = RunProgram(plan);
     ASSERT_EQ(planned.ExitCode, 0) << planned.Error;

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace teravox
+{
+
+/// What both marchers need to know of a picture: the uniform block of
+/// Shaders/Library/Bindings.glsl, std140: vectors of four only. Each member is described there.
+struct MarchParameters
+{
+  using Vec = std::array<float, 4>;
+  using UVec = std::array<std::uint32_t, 4>;
+  std::array<Vec, 3> RayOrigin{};
+  std::array<Vec, 3> RayDirection{};
+  std::array<Vec, 3> RayWorld{};
+  UVec Anchor{};
+  UVec Dimensions{};
+  UVec Levels{};
+  std::array<UVec, 32> LevelFactor{};
+  std::array<UVec, 32> LevelBricks{};
+  std::array<Vec, 32> LevelStart{};
+  UVec Atlas{};
+  Vec Value{};
+  Vec Transfer{};
+  Vec Step{};
+  UVec Limits{};
+  UVec Switches{};
+  Vec Material{};
+  Vec LightDiffuse{};
+  Vec LightSpecular{};
+  std::array<Vec, 3> Normal{};
+  std::array<Vec, 3> Dataset{};
+  Vec Eye{};
+};
+
+/// Where the rays of a picture may run.
+struct IntervalParameters
+{
+  std::array<float, 3> BoxLow{};
+  std::array<float, 3> BoxHigh{};
+  float Near = 0; ///< view depths
+  float Far = 0;
+  bool HasDepth = false;              ///< the view state holds the opaque depth
+  std::array<float, 4> DepthToView{}; ///< view depth = (x + y d) / (z + w d)
+  /// Pixels outside see nothing of the box: left, bottom, right, top, the last two exclusive.
+  std::array<int, 4> Rectangle{};
+};
+
+} // namespace teravox

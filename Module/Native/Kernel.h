@@ -1,0 +1,334 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// One pass of the rays of a tile: brick after brick, front to back, until the ray ends, a brick is
+// missing or the pass has been long enough (Shaders/RayMarch.frag for one ray at a time). What a
+// pass hands to the next is colour, transmittance, the integer position and the interval;
+// everything else is computed again (contract 1b).
+//
+// A translation unit sets TERAVOX_KERNEL to a namespace of its own and includes this file.
+#include "NativeScene.h"
+#include "SharedLayout.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
+
+namespace teravox::TERAVOX_KERNEL
+{
+namespace
+{
+using Vec = MarchParameters::Vec;
+using UVec = MarchParameters::UVec;
+#include "KernelVector.h"
+
+#include "KernelTransfer.h"
+
+#include "KernelRay.h"
+
+#include "KernelCells.h"
+
+#include "KernelLight.h"
+
+#include "KernelPieces.h"
+
+#include "KernelBrick.h"
+
+#include "KernelFixed.h"
+
+enum Status : std::int32_t
+{
+  StatusNew = 0,
+  StatusRunning = 1,
+  StatusDone = 2,
+  StatusLocate = 3 // at the begin of the level
+};
+
+// The interval of view depth from the box, the near plane and opaque depth (Intervals.frag).
+inline bool FindInterval(const NativeScene& scene, const Ray& ray, std::size_t pixel, float& first,
+  float& last)
+{
+  const IntervalParameters& v = *scene.Intervals;
+  const auto along = [](float low, float high, float origin, float inverse, float& in, float& out)
+  {
+    const float a = (low - origin) * inverse;
+    const float b = (high - origin) * inverse;
+    in = Max(in, Min(a, b));
+    out = Min(out, Max(a, b));
+  };
+  first = v.Near;
+  last = v.Far;
+  along(v.BoxLow[0], v.BoxHigh[0], ray.Origin.X, ray.Inverse.X, first, last);
+  along(v.BoxLow[1], v.BoxHigh[1], ray.Origin.Y, ray.Inverse.Y, first, last);
+  along(v.BoxLow[2], v.BoxHigh[2], ray.Origin.Z, ray.Inverse.Z, first, last);
+  if (v.HasDepth && scene.Depth[pixel] < 1.0f)
+  {
+    const float d = scene.Depth[pixel];
+    last = Min(last,
+      (v.DepthToView[0] + v.DepthToView[1] * d) / (v.DepthToView[2] + v.DepthToView[3] * d));
+  }
+  return first < last;
+}
+
+template <typename T>
+inline void IntegrateMapped(
+  Context& c, State& state, const Ray& ray, const BrickView& view, float t0, float t1)
+{
+  const NativeScene& scene = c.Scene;
+  if (scene.FixedStep)
+  {
+    scene.Shade ? IntegrateFixed<T, true>(c, state, ray, view, t0, t1)
+                : IntegrateFixed<T, false>(c, state, ray, view, t0, t1);
+  }
+  else if (scene.Nearest)
+  {
+    scene.Shade ? IntegrateBrick<T, true, true>(c, state, ray, view, t0, t1)
+                : IntegrateBrick<T, false, true>(c, state, ray, view, t0, t1);
+  }
+  else
+  {
+    scene.Shade ? IntegrateBrick<T, true, false>(c, state, ray, view, t0, t1)
+                : IntegrateBrick<T, false, false>(c, state, ray, view, t0, t1);
+  }
+}
+
+inline void Request(NativeReport& report, int level, Index brick, float weight)
+{
+  const std::uint32_t at[3] = { brick.X, brick.Y, brick.Z };
+  report.Request(report.Context, level, at, weight);
+}
+
+// The finest ancestor that can be drawn instead of a brick: resident (interactive), or readable (a
+// failed brick: requested and waited for). Returns false if the ray has to wait.
+inline bool FindAncestor(const Context& c, NativeReport& report, Found& found, int& level,
+  Index& brick, float weight)
+{
+  const MarchParameters& p = c.P;
+  const UVec& factor = p.LevelFactor[static_cast<std::size_t>(level)];
+  const Index fine{ brick.X * factor[0], brick.Y * factor[1], brick.Z * factor[2] };
+  const bool failed = found.Kind == FoundKind::Failed;
+  for (int l = level + 1; l < static_cast<int>(p.Levels[0]); ++l)
+  {
+    const UVec& f = p.LevelFactor[static_cast<std::size_t>(l)];
+    const Index coarse{ fine.X / f[0], fine.Y / f[1], fine.Z / f[2] };
+    const Found at = Translate(c.Scene, c.Table, LoadLevel(p, l), coarse);
+    if (at.Kind == FoundKind::Missing && failed)
+    {
+      Request(report, l, coarse, weight);
+      return false;
+    }
+    if (at.Kind != FoundKind::Missing && at.Kind != FoundKind::Failed)
+    {
+      found = at;
+      found.Region = 0;
+      level = l;
+      brick = coarse;
+      report.Fallback = true;
+      return true;
+    }
+  }
+  report.Fallback = true;
+  found.Kind = FoundKind::Empty;
+  return true;
+}
+
+// Where a ray is.
+struct Position
+{
+  Index Brick;
+  int Level;
+  std::int32_t Status;
+};
+
+// The bricks of one level within an interval, from `begin` on. Returns whether the ray waits.
+inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray& ray,
+  Position& at, const Level& here, float begin, float& end, bool& finished)
+{
+  const MarchParameters& p = c.P;
+  bool running = begin < end;
+  while (running && c.Steps < p.Limits[0])
+  {
+    const Index current = at.Brick;
+    const Vector exits = ExitDepths(p, ray, here, current);
+    float leave = Least(exits); // depth at which the next brick begins
+    const float t0 = Max(Largest(EntryDepths(p, ray, here, current)), begin);
+    const float t1 = Min(leave, end);
+    Found found = Translate(c.Scene, c.Table, here, current);
+    c.Steps += 16; // a brick costs about as much
+    if (found.Kind == FoundKind::Missing)
+    {
+      Request(report, at.Level, current, state.Transmittance);
+      if (!c.Scene.Interactive)
+      {
+        return true;
+      }
+    }
+    int drawnLevel = at.Level;
+    Index drawn = current;
+    if (found.Kind == FoundKind::Missing || found.Kind == FoundKind::Failed)
+    {
+      if (!FindAncestor(c, report, found, drawnLevel, drawn, state.Transmittance))
+      {
+        return true;
+      }
+    }
+    Index next = current;
+    if (found.Kind == FoundKind::Empty && found.Region > 0)
+    {
+      // The exit of the whole empty region.
+      const std::uint32_t shift =
+        shared::PAGE_SHIFT * static_cast<std::uint32_t>(found.Region);
+      const auto face = [&](std::uint32_t b, std::uint32_t positive, std::uint32_t bricks)
+      { return Min(((b >> shift) << shift) + (positive << shift), bricks); };
+      leave = Least(FaceDepths(p, ray, here,
+        { face(current.X, ray.Positive.X, here.Bricks.X),
+          face(current.Y, ray.Positive.Y, here.Bricks.Y),
+          face(current.Z, ray.Positive.Z, here.Bricks.Z) }));
+      next = BrickAt(p, ray, here, leave);
+    }
+    else
+    {
+      // Below 0 becomes a large number: outside.
+      next.X += exits.X <= leave ? 2 * ray.Positive.X - 1 : 0;
+      next.Y += exits.Y <= leave ? 2 * ray.Positive.Y - 1 : 0;
+      next.Z += exits.Z <= leave ? 2 * ray.Positive.Z - 1 : 0;
+    }
+    const float before = state.Transmittance;
+    if (found.Kind == FoundKind::Mapped)
+    {
+      const BrickView view = ViewBrick(c.Scene, c.Table, ray, drawnLevel, drawn, found.Slot);
+      if (c.Scene.FloatTexels)
+      {
+        IntegrateMapped<float>(c, state, ray, view, t0, t1);
+      }
+      else if (c.Scene.BytesPerTexel == 1)
+      {
+        IntegrateMapped<std::uint8_t>(c, state, ray, view, t0, t1);
+      }
+      else
+      {
+        IntegrateMapped<std::uint16_t>(c, state, ray, view, t0, t1);
+      }
+    }
+    else if (found.Kind == FoundKind::Single)
+    {
+      IntegrateConstant(c, state, ray, TransferPosition(c.Table, found.Low, found.High), t0, t1);
+    }
+    if (c.Scene.ShowLevel && state.Transmittance < before)
+    {
+      const float shown =
+        static_cast<float>(at.Level + 1) / static_cast<float>(shared::MAXIMUM_LEVELS);
+      state = { shown, shown, shown, 0.0f };
+    }
+    // The same brick only where a rounding error passed the last face of the volume.
+    const bool outside = next.X >= here.Bricks.X || next.Y >= here.Bricks.Y ||
+      next.Z >= here.Bricks.Z ||
+      (next.X == current.X && next.Y == current.Y && next.Z == current.Z);
+    running = leave < end && !outside && !IsOver(c, state);
+    at.Brick = running ? next : current;
+    // The rest of the interval lies outside, too.
+    end = leave < end && outside ? -FarAway : end;
+  }
+  finished = !running;
+  return false;
+}
+
+// One pass of one ray.
+inline void MarchRay(Context& c, NativeReport& report, int x, int y)
+{
+  const NativeScene& scene = c.Scene;
+  const MarchParameters& p = c.P;
+  const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(scene.Width) +
+    static_cast<std::size_t>(x);
+  std::int32_t* position = scene.Position + 4 * pixel;
+  float* color = scene.Color + 4 * pixel;
+  Position at{ { static_cast<std::uint32_t>(position[0]), static_cast<std::uint32_t>(position[1]),
+                 static_cast<std::uint32_t>(position[2]) },
+    position[3] & 255, (position[3] >> 16) & 3 };
+  if (at.Status == StatusDone)
+  {
+    return;
+  }
+  const Ray ray = MakeRay(p, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+  float first = 0;
+  float last = 0;
+  if (!FindInterval(scene, ray, pixel, first, last))
+  {
+    position[3] = StatusDone << 16;
+    return;
+  }
+  State state{ color[0], color[1], color[2], color[3] };
+  if (scene.Shade)
+  {
+    c.TowardsLight = TowardsLight(p, ray, first);
+  }
+  c.Steps = 0;
+  bool waiting = false;
+  while (at.Status != StatusDone && !waiting && c.Steps < p.Limits[0])
+  {
+    at.Level = at.Status == StatusNew ? LevelAt(p, first) : at.Level;
+    const Level here = LoadLevel(p, at.Level);
+    const float begin = Max(first, here.Begin);
+    float end = Min(last, here.End);
+    if (at.Status != StatusRunning)
+    {
+      at.Brick = BrickAt(p, ray, here, begin);
+    }
+    at.Status = StatusRunning;
+    bool finished = false;
+    waiting = MarchLevel(c, report, state, ray, at, here, begin, end, finished);
+    if (IsOver(c, state))
+    {
+      at.Status = StatusDone;
+    }
+    else if (finished)
+    {
+      // The next level, if the interval goes on there.
+      const bool deeper = end == here.End && here.End < last;
+      at.Status = deeper ? StatusLocate : StatusDone;
+      at.Level += deeper ? 1 : 0;
+    }
+  }
+  color[0] = state.Red;
+  color[1] = state.Green;
+  color[2] = state.Blue;
+  color[3] = state.Transmittance;
+  position[0] = static_cast<std::int32_t>(at.Brick.X);
+  position[1] = static_cast<std::int32_t>(at.Brick.Y);
+  position[2] = static_cast<std::int32_t>(at.Brick.Z);
+  position[3] = at.Level | at.Status << 16;
+  if (at.Status != StatusDone)
+  {
+    report.Waiting = report.Waiting || waiting;
+    report.Unfinished = report.Unfinished || !waiting;
+  }
+}
+
+void MarchTile(
+  const NativeScene& scene, int left, int bottom, int right, int top, NativeReport& report)
+{
+  const MarchParameters& p = *scene.Parameters;
+  // Tables of four words per node.
+  const Transfer table{ scene.Integrals, reinterpret_cast<const float*>(scene.Colors),
+    scene.Occupied, p.Transfer[0], p.Transfer[1], p.Transfer[2], p.Transfer[3] };
+  Context c{ scene, p, table, { 0.0f, 0.0f, 1.0f }, 0, 0, 0 };
+  for (int y = bottom; y < top; ++y)
+  {
+    for (int x = left; x < right; ++x)
+    {
+      MarchRay(c, report, x, y);
+    }
+  }
+  report.Samples += c.Samples;
+  report.Contributing += c.Contributing;
+}
+} // namespace
+
+NativeKernel Kernel()
+{
+  return &MarchTile;
+}
+
+} // namespace teravox::TERAVOX_KERNEL

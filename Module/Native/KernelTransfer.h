@@ -1,0 +1,143 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// The tables of the transfer function (see TransferTable and Shaders/Library/Transfer.glsl), for
+// one lane or eight.
+
+template <typename F>
+struct Sample
+{
+  F X;     // position in nodes
+  F S;     // extinction
+  F Slope; // of the extinction, per node
+  F High;  // integral up to here, a pair of floats
+  F Low;
+};
+
+// What the kernel reads of the tables, loaded once per tile.
+struct Transfer
+{
+  const float* Integrals;
+  const float* Colors; // words of two 16-bit numbers
+  const std::uint16_t* Occupied;
+  float Low;
+  float LowRest;
+  float NodesPerUnit;
+  float Nodes;
+};
+
+// Position in nodes of a data value given as a float pair.
+inline float TransferPosition(const Transfer& t, float valueHigh, float valueLow)
+{
+  return ((valueHigh - t.Low) + (valueLow - t.LowRest)) * t.NodesPerUnit;
+}
+
+// The node before a position, and how far behind it the position is; beyond the first and the last
+// node the function is constant.
+template <typename F>
+inline auto NodeBefore(const Transfer& t, F position, F& fraction)
+{
+  const F zero = F{};
+  const F x = Min(Max(position, zero), zero + (t.Nodes - 1.0f));
+  const auto i = Truncate(Min(x, zero + (t.Nodes - 2.0f)));
+  fraction = x - ToFloat(i);
+  return i;
+}
+
+template <typename F>
+inline Sample<F> SampleTransfer(const Transfer& t, F position)
+{
+  F f;
+  const auto i = NodeBefore(t, position, f);
+  F node[4];
+  LoadFour(t.Integrals, i, node);
+  const F slope = node[3] - node[2];
+  const F s = node[2] + f * slope;
+  Sample<F> r;
+  r.X = position;
+  r.S = s;
+  r.Slope = Select(position == ToFloat(i) + f, slope, F{});
+  r.High = node[0];
+  r.Low = node[1] + (f * (node[2] + 0.5f * f * slope) + (position - (ToFloat(i) + f)) * s);
+  return r;
+}
+
+template <typename F>
+struct Color
+{
+  F Red;
+  F Green;
+  F Blue;
+};
+
+template <typename F>
+inline F ColorBetween(F word, F fraction)
+{
+  const auto bits = AsInt(word);
+  const F a = ToFloat(bits & 0xffff);
+  const F b = ToFloat((bits >> 16) & 0xffff);
+  return (a + fraction * (b - a)) * (1.0f / 65535.0f);
+}
+
+template <typename F>
+inline Color<F> TransferColor(const Transfer& t, F position)
+{
+  F f;
+  const auto i = NodeBefore(t, position, f);
+  F node[4];
+  LoadFour(t.Colors, i, node);
+  return { ColorBetween(node[0], f), ColorBetween(node[1], f), ColorBetween(node[2], f) };
+}
+
+template <typename F>
+inline Color<F> Mix(const Color<F>& a, const Color<F>& b, F weight)
+{
+  return { a.Red + weight * (b.Red - a.Red), a.Green + weight * (b.Green - a.Green),
+    a.Blue + weight * (b.Blue - a.Blue) };
+}
+
+template <typename F>
+inline F Difference(const Color<F>& a, const Color<F>& b)
+{
+  return Max(Max(Abs(a.Red - b.Red), Abs(a.Green - b.Green)), Abs(a.Blue - b.Blue));
+}
+
+// True if the table is exactly 0 between two positions (contract 1e). The margin covers the
+// rounding of interpolated values.
+inline bool IsEmptyBetween(const Transfer& t, float from, float to)
+{
+  const float first = Min(Max(from + 0.98f, 0.0f), t.Nodes);
+  const float last = Min(Max(to + 1.02f, 0.0f), t.Nodes);
+  return static_cast<float>(t.Occupied[static_cast<std::int32_t>(first)]) > last;
+}
+inline Ints IsEmptyBetween(const Transfer& t, Floats from, Floats to)
+{
+  const Floats zero = {};
+  const Floats nodes = Splat(t.Nodes);
+  const Floats first = Min(Max(from + 0.98f, zero), nodes);
+  const Floats last = Min(Max(to + 1.02f, zero), nodes);
+  const Ints word =
+    GatherWords(reinterpret_cast<const std::uint8_t*>(t.Occupied), Truncate(first) * 2);
+  return ToFloat(word & 0xffff) > last;
+}
+
+// 1 - exp(-depth), without cancellation.
+template <typename F>
+inline F OpacityOf(F depth)
+{
+  const F small = depth * (1.0f - depth * (0.5f - depth * (0.16666667f - depth * 0.041666667f)));
+  return Select(depth < 0.03f, small, 1.0f - ExpOfMinus(depth));
+}
+
+// Where along a piece, from 0 at its front to 1, its light comes from: the first moment of
+// s(u) exp(-depth so far), exact for a linear s in thin and for a constant s in thick media.
+template <typename F>
+inline F CentroidOf(F sFront, F sBack, F depth, F opacity)
+{
+  const F zero = F{};
+  const F sum = sFront + sBack;
+  const F linear =
+    Select(sum > 0.0f, (sFront + 2.0f * sBack) / (3.0f * Max(sum, zero + 1.0e-37f)), zero + 0.5f);
+  const F thick = Select(depth < 0.3f, 0.5f - depth * 0.083333333f,
+    1.0f / Max(depth, zero + 0.1f) - (1.0f - opacity) / Max(opacity, zero + 0.01f));
+  return Min(Max(2.0f * linear * thick, zero), zero + 1.0f);
+}

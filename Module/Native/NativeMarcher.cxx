@@ -1,0 +1,185 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "NativeMarcher.h"
+
+#include "AtlasPlan.h"
+#include "SharedLayout.h"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+namespace teravox
+{
+
+namespace baseline
+{
+NativeKernel Kernel();
+}
+#if TERAVOX_HAS_AVX2_KERNEL
+namespace avx2
+{
+NativeKernel Kernel();
+}
+#endif
+
+NativeKernel ChooseNativeKernel()
+{
+#if TERAVOX_HAS_AVX2_KERNEL
+  const char* wanted = std::getenv("TERAVOX_NATIVE_ISA");
+  const bool any = wanted != nullptr && std::strcmp(wanted, "baseline") == 0;
+  if (!any && __builtin_cpu_supports("avx2") != 0)
+  {
+    return avx2::Kernel();
+  }
+#endif
+  return baseline::Kernel();
+}
+
+void NativeView::Resize(int width, int height)
+{
+  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  this->Color.assign(pixels * 4, 0);
+  this->Position.assign(pixels * 4, 0);
+  this->Depth.assign(pixels, 1);
+}
+
+void NativeView::Clear()
+{
+  std::fill(this->Position.begin(), this->Position.end(), 0);
+  std::fill(this->Color.begin(), this->Color.end(), 0.0f);
+  for (std::size_t i = 3; i < this->Color.size(); i += 4)
+  {
+    this->Color[i] = 1;
+  }
+}
+
+namespace
+{
+// The bricks that the rays of one thread missed, with the sum of their weights.
+struct Requests
+{
+  std::unordered_map<BrickKey, std::uint32_t, BrickKeyHash> Missed;
+  bool Overflow = false;
+
+  static void Add(void* context, int level, const std::uint32_t* brick, float weight)
+  {
+    auto& self = *static_cast<Requests*>(context);
+    BrickKey key;
+    key.Level = static_cast<std::uint8_t>(level);
+    key.X = brick[0];
+    key.Y = brick[1];
+    key.Z = brick[2];
+    const auto found = self.Missed.find(key);
+    const auto w = static_cast<std::uint32_t>(weight * 255.0f) + 1;
+    if (found != self.Missed.end())
+    {
+      found->second += w;
+    }
+    else if (self.Missed.size() < RequestTableEntries)
+    {
+      self.Missed.emplace(key, w);
+    }
+    else
+    {
+      self.Overflow = true;
+    }
+  }
+};
+
+std::vector<std::uint32_t> Indices(const std::vector<std::uint8_t>& used)
+{
+  std::vector<std::uint32_t> indices;
+  for (std::size_t i = 0; i < used.size(); ++i)
+  {
+    if (used[i] != 0)
+    {
+      indices.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  return indices;
+}
+} // namespace
+
+NativeMarcher::NativeMarcher()
+  : Kernel(ChooseNativeKernel())
+{
+}
+
+PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots,
+  std::uint32_t pageBlocks, std::vector<std::uint32_t>& tiles)
+{
+  this->UsedSlots.assign(slots, 0);
+  this->UsedBlocks.assign(pageBlocks, 0);
+  scene.UsedSlots = this->UsedSlots.data();
+  scene.UsedBlocks = this->UsedBlocks.data();
+  constexpr int edge = static_cast<int>(shared::TILE_SIZE);
+  const auto count = static_cast<std::int64_t>(tiles.size());
+  std::vector<NativeReport> reports(tiles.size());
+  Requests all;
+  // Nothing in the region throws but an exhausted heap, which ends the process as it should.
+#pragma omp parallel
+  {
+    Requests mine;
+#pragma omp for schedule(dynamic)
+    for (std::int64_t t = 0; t < count; ++t)
+    {
+      const auto i = static_cast<std::size_t>(t);
+      const int x = static_cast<int>(tiles[i] & 0xffffu) * edge;
+      const int y = static_cast<int>(tiles[i] >> 16) * edge;
+      reports[i].Request = &Requests::Add;
+      reports[i].Context = &mine;
+      this->Kernel(scene, x, y, std::min(x + edge, scene.Width), std::min(y + edge, scene.Height),
+        reports[i]);
+    }
+#pragma omp critical(TeravoxRequests)
+    {
+      for (const auto& missed : mine.Missed)
+      {
+        all.Missed[missed.first] += missed.second;
+      }
+      all.Overflow = all.Overflow || mine.Overflow;
+    }
+  }
+  PassResult result;
+  std::vector<std::uint32_t> active;
+  for (std::size_t i = 0; i < reports.size(); ++i)
+  {
+    const NativeReport& report = reports[i];
+    result.Waiting = result.Waiting || report.Waiting;
+    result.Unfinished = result.Unfinished || report.Unfinished;
+    result.Fallback = result.Fallback || report.Fallback;
+    result.Samples += report.Samples;
+    result.Contributing += report.Contributing;
+    if (report.Waiting || report.Unfinished)
+    {
+      active.push_back(tiles[i]);
+    }
+  }
+  tiles = std::move(active);
+  result.Overflow = all.Overflow;
+  for (const auto& missed : all.Missed)
+  {
+    Feedback::Miss miss;
+    miss.Key = missed.first;
+    miss.Weight = missed.second;
+    result.Report.Missed.push_back(miss);
+  }
+  // In an order that depends on no hash and no thread.
+  std::sort(result.Report.Missed.begin(), result.Report.Missed.end(),
+    [](const Feedback::Miss& a, const Feedback::Miss& b)
+    {
+      return std::tie(a.Key.Level, a.Key.Z, a.Key.Y, a.Key.X) <
+        std::tie(b.Key.Level, b.Key.Z, b.Key.Y, b.Key.X);
+    });
+  result.Report.UsedSlots = Indices(this->UsedSlots);
+  result.Report.UsedBlocks = Indices(this->UsedBlocks);
+  return result;
+}
+
+} // namespace teravox

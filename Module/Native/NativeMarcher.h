@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "NativeScene.h"
+#include "PassResult.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace teravox
+{
+
+/// State of each ray of a picture, as the native marcher keeps it.
+struct NativeView
+{
+  std::vector<float> Color;           ///< premultiplied colour, transmittance
+  std::vector<std::int32_t> Position; ///< brick; level | status << 16
+  std::vector<float> Depth;           ///< opaque depth, 0..1
+
+  void Resize(int width, int height);
+  /// All rays at their begin.
+  void Clear();
+  static constexpr std::uint64_t BytesPerPixel = 36;
+};
+
+/// Draws passes on this machine's processors, with all threads that OpenMP gives: what the
+/// shaders do, for nodes without a GPU. Needs no OpenGL. The picture depends neither on the number
+/// of threads nor on the instruction set. Thread: used by the render thread only.
+class NativeMarcher
+{
+public:
+  NativeMarcher();
+  /// One pass over tiles (x | y << 16, of TILE_SIZE pixels); afterwards `tiles` are those in which
+  /// a ray is still under way. `scene` comes without kernel's stamps, which are kept here.
+  PassResult DrawPass(NativeScene scene, std::uint32_t slots, std::uint32_t pageBlocks,
+    std::vector<std::uint32_t>& tiles);
+
+private:
+  NativeKernel Kernel;
+  std::vector<std::uint8_t> UsedSlots;
+  std::vector<std::uint8_t> UsedBlocks;
+};
+
+} // namespace teravox

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "MarchParameters.h"
+
+#include <cstdint>
+
+namespace teravox
+{
+
+/// Everything that a pass of the native marcher reads and writes, as plain pointers: what the
+/// bindings of Shaders/Library/Bindings.glsl are for the GLSL one. Thread: shared by all threads
+/// of a pass; rays write their own pixels, stamps are single bytes written atomically.
+struct NativeScene
+{
+  const MarchParameters* Parameters = nullptr;
+  const IntervalParameters* Intervals = nullptr;
+
+  const std::uint8_t* Voxels = nullptr; ///< slot after slot, x fastest; readable 8 bytes around
+  const std::uint8_t* Cells = nullptr;  ///< least and largest texel per cell of CellEdge^3 voxels
+  const float* SlotTable = nullptr;     ///< offset (pair), scale, unused; for relative formats
+  const std::uint32_t* PageTable = nullptr; ///< entries of three words: state and slot, low, high
+  const float* Integrals = nullptr;         ///< TransferTable::Integrals
+  const std::uint32_t* Colors = nullptr;    ///< TransferTable::Colors
+  const std::uint16_t* Occupied = nullptr;  ///< TransferTable::Occupied
+
+  int Width = 0; ///< pixels
+  int Height = 0;
+  float* Color = nullptr;           ///< premultiplied colour, transmittance
+  std::int32_t* Position = nullptr; ///< brick; level | status << 16
+  const float* Depth = nullptr;     ///< opaque depth, 0..1
+
+  std::uint8_t* UsedSlots = nullptr;  ///< set to 1
+  std::uint8_t* UsedBlocks = nullptr; ///< set to 1
+
+  std::uint32_t BytesPerTexel = 1;
+  bool FloatTexels = false;
+  bool Nearest = false;
+  bool FixedStep = false;
+  bool Shade = false;
+  bool Interactive = false;
+  bool ShowLevel = false;
+};
+
+/// What the rays of one tile report.
+struct NativeReport
+{
+  /// Called for each ray that misses a brick.
+  void (*Request)(void* context, int level, const std::uint32_t* brick, float weight) = nullptr;
+  void* Context = nullptr;
+  std::uint64_t Samples = 0;
+  std::uint64_t Contributing = 0;
+  bool Waiting = false;
+  bool Unfinished = false;
+  bool Fallback = false;
+};
+
+/// One pass over the pixels left <= x < right, bottom <= y < top.
+using NativeKernel = void (*)(
+  const NativeScene& scene, int left, int bottom, int right, int top, NativeReport& report);
+
+/// The kernel for this processor: for AVX2 where it has that, else for any. Both draw the same to
+/// the bit. TERAVOX_NATIVE_ISA=baseline in the environment chooses the latter, for tests.
+NativeKernel ChooseNativeKernel();
+
+} // namespace teravox

@@ -14,6 +14,7 @@ namespace
 {
 constexpr std::uint64_t SlotTableEntryBytes = 16;
 constexpr std::uint32_t SmallestAtlas = 2;
+constexpr std::int64_t VersionBytes = 4;
 
 // One page block for 96 slots: a surface crosses some 90 of the 512 bricks of a block.
 std::uint32_t PageBlocksFor(const PyramidLayout& layout, std::uint32_t slots)
@@ -55,6 +56,9 @@ AtlasPlan PlanNative(
   {
     AtlasPlan plan = Complete(layout, request, { slots, 1, 1 }, { slots * edge, edge, edge });
     plan.Native = true;
+    const std::int64_t words = CeilDiv(CeilDiv(layout.BrickSize(), CellEdge), MacroEdge);
+    plan.OccupancyBytes =
+      static_cast<std::uint64_t>(slots * (words * words * words * 8 + VersionBytes));
     return plan;
   };
   const auto fit = [&](std::int64_t slots)

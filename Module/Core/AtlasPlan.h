@@ -23,6 +23,7 @@ struct AtlasPlan
   std::uint32_t PageBlocks = 0; ///< blocks in the pool
   std::uint64_t AtlasBytes = 0;
   std::uint64_t CellBytes = 0; ///< ranges of the cells of each slot
+  std::uint64_t OccupancyBytes = 0; ///< native marcher: a bit per cell and a version per slot
   std::uint64_t DirectoryBytes = 0;
   std::uint64_t PageBlockBytes = 0;
   std::uint64_t SlotTableBytes = 0; ///< value offset and scale per slot
@@ -35,12 +36,15 @@ struct AtlasPlan
   }
   std::uint64_t TotalBytes() const
   {
-    return this->AtlasBytes + this->CellBytes + this->AddressingBytes() + this->FeedbackBytes;
+    return this->AtlasBytes + this->CellBytes + this->OccupancyBytes + this->AddressingBytes() +
+      this->FeedbackBytes;
   }
 };
 
 /// Edge of a cell in voxels: the unit in which emptiness inside a resident brick is known.
 inline constexpr int CellEdge = 4;
+/// Cells along each axis whose bits are one word, for the native marcher.
+inline constexpr int MacroEdge = 4;
 
 struct AtlasRequest
 {

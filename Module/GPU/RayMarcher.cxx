@@ -76,6 +76,7 @@ Result<const GLProgram*> RayMarcher::Program(
 void RayMarcher::SetTransferTable(const TransferTable& table)
 {
   this->Table = &table;
+  this->TableVersion = this->TableVersion == ~0u ? 1 : this->TableVersion + 1;
   const auto put = [this](const auto& words, GLenum format, GLBuffer& buffer, GLTexture& texture)
   {
     const std::size_t bytes = words.size() * sizeof(words[0]);
@@ -207,6 +208,9 @@ PassResult RayMarcher::DrawNativePass(ViewState& view, const BrickAtlas& atlas,
   scene.Intervals = &this->Intervals;
   scene.Voxels = atlas.Native()->Voxels();
   scene.Cells = atlas.Native()->Cells();
+  scene.Occupancy = atlas.Native()->Occupancy();
+  scene.OccupancyVersion = atlas.Native()->OccupancyVersion();
+  scene.TableVersion = this->TableVersion;
   scene.SlotTable = atlas.Native()->SlotTable();
   static_assert(sizeof(PageEntry) == 3 * sizeof(std::uint32_t));
   scene.PageTable = reinterpret_cast<const std::uint32_t*>(table.Entries().data());

@@ -54,6 +54,7 @@ private:
 
   GPUMemory& Memory;
   const TransferTable* Table = nullptr;
+  std::uint32_t TableVersion = 0; ///< counts the tables; never 0 once there is one
   NativeMarcher Native;
   IntervalParameters Intervals; ///< of the picture under way, for the native marcher
   GLBuffer Uniforms;

@@ -12,7 +12,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#ifdef __AVX2__
+#ifdef __SSE__
 #include <immintrin.h>
 #endif
 
@@ -22,6 +22,7 @@ namespace
 {
 using Vec = MarchParameters::Vec;
 using UVec = MarchParameters::UVec;
+constexpr int MacroEdge = NativeScene::MacroEdge;
 #include "KernelVector.h"
 
 #include "KernelTransfer.h"
@@ -74,9 +75,13 @@ inline bool FindInterval(const NativeScene& scene, const Ray& ray, std::size_t p
 
 template <typename T>
 inline void IntegrateMapped(
-  Context& c, State& state, const Ray& ray, const BrickView& view, float t0, float t1)
+  Context& c, State& state, const Ray& ray, BrickView view, std::uint32_t slot, float t0, float t1)
 {
   const NativeScene& scene = c.Scene;
+  if (c.P.Switches[0] != 0 && !scene.FixedStep)
+  {
+    view.Occupancy = OccupancyOf<T>(c, view, slot);
+  }
   if (scene.FixedStep)
   {
     scene.Shade ? IntegrateFixed<T, true>(c, state, ray, view, t0, t1)
@@ -201,15 +206,15 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
       const BrickView view = ViewBrick(c.Scene, c.Table, ray, drawnLevel, drawn, found.Slot);
       if (c.Scene.FloatTexels)
       {
-        IntegrateMapped<float>(c, state, ray, view, t0, t1);
+        IntegrateMapped<float>(c, state, ray, view, found.Slot, t0, t1);
       }
       else if (c.Scene.BytesPerTexel == 1)
       {
-        IntegrateMapped<std::uint8_t>(c, state, ray, view, t0, t1);
+        IntegrateMapped<std::uint8_t>(c, state, ray, view, found.Slot, t0, t1);
       }
       else
       {
-        IntegrateMapped<std::uint16_t>(c, state, ray, view, t0, t1);
+        IntegrateMapped<std::uint16_t>(c, state, ray, view, found.Slot, t0, t1);
       }
     }
     else if (found.Kind == FoundKind::Single)
@@ -220,7 +225,7 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
     {
       const float shown =
         static_cast<float>(at.Level + 1) / static_cast<float>(shared::MAXIMUM_LEVELS);
-      state = { shown, shown, shown, 0.0f };
+      state = { Quad{ shown, shown, shown, 0.0f }, 0.0f };
     }
     // The same brick only where a rounding error passed the last face of the volume.
     const bool outside = next.X >= here.Bricks.X || next.Y >= here.Bricks.Y ||
@@ -259,7 +264,7 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
     position[3] = StatusDone << 16;
     return;
   }
-  State state{ color[0], color[1], color[2], color[3] };
+  State state{ Quad{ color[0], color[1], color[2], 0.0f }, color[3] };
   if (scene.Shade)
   {
     c.TowardsLight = TowardsLight(p, ray, first);
@@ -291,9 +296,9 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
       at.Level += deeper ? 1 : 0;
     }
   }
-  color[0] = state.Red;
-  color[1] = state.Green;
-  color[2] = state.Blue;
+  color[0] = state.Color[0];
+  color[1] = state.Color[1];
+  color[2] = state.Color[2];
   color[3] = state.Transmittance;
   position[0] = static_cast<std::int32_t>(at.Brick.X);
   position[1] = static_cast<std::int32_t>(at.Brick.Y);

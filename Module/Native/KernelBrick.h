@@ -2,49 +2,68 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // From one visible cell of a brick to the next, in lots of eight.
 
-// Cells between voxel centres, or voxels where the field is constant in each; `First` is the
-// position at depth 0 in the units and from the place that the cells are counted in.
+// Cells between voxel centres, or voxels where the field is constant in each. x, y, z, and a fourth
+// lane in which nothing is ever met.
 struct Walk
 {
-  Vector First;
-  Vector Inverse; // depth per cell
-  std::int32_t Forward[3]; // 1 where the ray goes up, else 0
-  float T;   // where the walk is
-  float End; // depth
+  Quad First;     // position at depth 0, in the units and from the place that cells are counted in
+  Quad Direction; // cells per depth
+  Quad Inverse;   // depth per cell
+  Quad Forward;   // 1 where the ray goes up, else 0
+  Quad Move;      // 1 or -1
+  float End;      // depth
 };
 
-struct alignas(32) Lot
+inline Walk BeginWalk(const Ray& ray, const BrickView& view, float shift, float end)
 {
-  std::int32_t X[Lanes];
-  std::int32_t Y[Lanes];
-  std::int32_t Z[Lanes];
-  float Begin[Lanes];
-  float End[Lanes];
-  int Count = 0;
+  Walk w;
+  w.First = Quad{ view.Base.X - shift, view.Base.Y - shift, view.Base.Z - shift, 0.0f };
+  w.Direction = Quad{ view.Direction.X, view.Direction.Y, view.Direction.Z, 0.0f };
+  w.Inverse = Quad{ 1.0f / view.Direction.X, 1.0f / view.Direction.Y, 1.0f / view.Direction.Z,
+    FarAway };
+  w.Forward = Quad{ static_cast<float>(ray.Positive.X), static_cast<float>(ray.Positive.Y),
+    static_cast<float>(ray.Positive.Z), 1.0f };
+  w.Move = w.Forward * 2.0f - 1.0f;
+  w.Move[3] = 0.0f;
+  w.End = end;
+  return w;
+}
+
+// The cell at a depth: faces decide, as they do when the walk steps over them.
+TERAVOX_INLINE Quad CellAt(const Walk& w, float t)
+{
+  const Quad cell = Floor(w.First + t * w.Direction);
+  const Quad exits = (cell + w.Forward - w.First) * w.Inverse;
+  const Quad entries = (cell + (1.0f - w.Forward) - w.First) * w.Inverse;
+  const Quad none = {};
+  return cell + ((exits <= Spread(t) ? w.Move : none) - (entries > Spread(t) ? w.Move : none));
+}
+
+// Cells one behind the other on a ray: x, y, z and the depth where each begins.
+struct Lot
+{
+  Quad Cells[Lanes];
+  int Count;
 };
 
-inline Floats Load(const float (&v)[Lanes])
+struct Lanes3
 {
-  Floats r;
-  __builtin_memcpy(&r, v, sizeof(r));
-  return r;
-}
-inline Ints Load(const std::int32_t (&v)[Lanes])
-{
-  Ints r;
-  __builtin_memcpy(&r, v, sizeof(r));
-  return r;
-}
+  Ints X;
+  Ints Y;
+  Ints Z;
+};
 
-inline Vectors Positions(const Walk& w, const BrickView& view, Floats t)
+struct LotView
 {
-  return { w.First.X + t * view.Direction.X, w.First.Y + t * view.Direction.Y,
-    w.First.Z + t * view.Direction.Z };
-}
+  Floats Begin;
+  Floats End;
+  Lanes3 Cell; // inside the slot
+  Ints Valid;
+};
 
-inline Ints InSlot(Ints v, std::int32_t first, std::int32_t last)
+TERAVOX_INLINE Ints InSlot(Floats v, std::int32_t first, std::int32_t last)
 {
-  return Min(Max(v, Splat(first)), Splat(last));
+  return Min(Max(Truncate(v), Splat(first)), Splat(last));
 }
 
 // The first `count` lanes.
@@ -54,17 +73,75 @@ inline Ints FirstLanes(int count)
   return lane < count;
 }
 
+// Where the cells of a lot end is computed as the walk does it. Border voxels are there for
+// shading; rounding must not lead out of the slot.
+TERAVOX_INLINE LotView View(const Walk& w, const BrickView& view, const Lot& lot)
+{
+  Floats cell[4];
+  Transpose(lot.Cells, cell);
+  const auto exit = [&](int a)
+  { return (cell[a] + w.Forward[a] - w.First[a]) * w.Inverse[a]; };
+  const Floats leave = Min(exit(0), Min(exit(1), exit(2)));
+  LotView v;
+  v.Begin = cell[3];
+  v.End = Min(Max(leave, v.Begin), Splat(w.End));
+  v.Cell = { InSlot(cell[0], 1, view.Edge - 3), InSlot(cell[1], 1, view.Edge - 3),
+    InSlot(cell[2], 1, view.Edge - 3) };
+  v.Valid = FirstLanes(lot.Count);
+  return v;
+}
+
+// The pieces of visible cells, one after the other. `turning`: those of `back` count, too.
+template <bool Shade>
+TERAVOX_INLINE void TakeAll(Context& c, State& state, const Segments& s, const Pieces& front,
+  const Pieces& back, Floats turn, unsigned bits, unsigned turning)
+{
+  const Ints costly = (front.Error * state.Transmittance) > c.P.Step[3];
+  if (((Bits(costly) & bits) | turning) == 0)
+  {
+    // Transmittance only falls: no piece is to be cut.
+    const float end = c.P.Step[2];
+    while (bits != 0)
+    {
+      const int lane = __builtin_ctz(bits);
+      bits &= bits - 1;
+      const float opacity = front.Color[lane][3];
+      c.Contributing += opacity > 0.0f ? 1 : 0;
+      Accumulate(state, opacity, front.Color[lane]);
+      if (state.Transmittance <= end)
+      {
+        return;
+      }
+    }
+    return;
+  }
+  while (bits != 0)
+  {
+    const int lane = __builtin_ctz(bits);
+    bits &= bits - 1;
+    const float before = state.Transmittance;
+    Take<Shade>(c, state, s, front, lane, lane, 0.0f, turn[lane]);
+    if ((turning >> lane & 1u) != 0 && !IsOver(c, state))
+    {
+      Take<Shade>(c, state, s, back, lane, lane, turn[lane], 1.0f);
+    }
+    c.Contributing += state.Transmittance < before ? 1 : 0;
+    if (IsOver(c, state))
+    {
+      return;
+    }
+  }
+}
+
 template <typename T, bool Shade>
-inline void IntegrateLinear(
+__attribute__((noinline)) void IntegrateLinear(
   Context& c, State& state, const Ray& ray, const BrickView& view, const Walk& walk, const Lot& lot)
 {
   c.Steps += static_cast<std::uint32_t>(lot.Count);
   c.Samples += static_cast<std::uint64_t>(lot.Count);
-  // Border voxels are there for shading; rounding must not lead out of the slot.
-  const Ints x = InSlot(Load(lot.X), 1, view.Edge - 3);
-  const Ints y = InSlot(Load(lot.Y), 1, view.Edge - 3);
-  const Ints z = InSlot(Load(lot.Z), 1, view.Edge - 3);
-  const Ints at = x + view.Edge * (y + view.Edge * z);
+  const LotView v = View(walk, view, lot);
+  const Offsets at =
+    OffsetsOf<T>(v.Cell.X + view.Edge * (v.Cell.Y + view.Edge * v.Cell.Z));
   const Corners k = LoadCorners<T>(view, at);
   Floats least = k.V[0];
   Floats largest = k.V[0];
@@ -73,7 +150,7 @@ inline void IntegrateLinear(
     least = Min(least, k.V[i]);
     largest = Max(largest, k.V[i]);
   }
-  Ints visible = FirstLanes(lot.Count);
+  Ints visible = v.Valid;
   if (c.P.Switches[0] != 0)
   {
     visible &= ~IsEmptyBetween(c.Table, (least * view.Scale + view.Offset) * c.Table.NodesPerUnit,
@@ -86,17 +163,17 @@ inline void IntegrateLinear(
       ((k.V[4] + k.V[5]) + (k.V[6] + k.V[7]));
     visible &= sum == sum;
   }
-  unsigned bits = Bits(visible);
+  const unsigned bits = Bits(visible);
   if (bits == 0)
   {
     return;
   }
-  const Floats begin = Load(lot.Begin);
-  const Floats passed = Load(lot.End) - begin;
-  Vectors w = Positions(walk, view, begin);
-  w = { w.X - ToFloat(x), w.Y - ToFloat(y), w.Z - ToFloat(z) };
-  const Vectors d{ passed * view.Direction.X, passed * view.Direction.Y,
-    passed * view.Direction.Z };
+  const Floats passed = v.End - v.Begin;
+  const auto position = [&](int a, Ints cell)
+  { return (walk.First[a] + v.Begin * walk.Direction[a]) - ToFloat(cell); };
+  const Vectors w{ position(0, v.Cell.X), position(1, v.Cell.Y), position(2, v.Cell.Z) };
+  const Vectors d{ passed * walk.Direction[0], passed * walk.Direction[1],
+    passed * walk.Direction[2] };
   Segments s;
   s.Field = CubicAlong(k, w, d);
   const float toNodes = view.Scale * c.Table.NodesPerUnit;
@@ -120,39 +197,24 @@ inline void IntegrateLinear(
   {
     Evaluate<Shade>(c, s, turn, Splat(1.0f), back);
   }
-  while (bits != 0)
-  {
-    const int lane = __builtin_ctz(bits);
-    bits &= bits - 1;
-    const float before = state.Transmittance;
-    Take<Shade>(c, state, s, front, lane, lane, 0.0f, turn[lane]);
-    if ((turning >> lane & 1u) != 0 && !IsOver(c, state))
-    {
-      Take<Shade>(c, state, s, back, lane, lane, turn[lane], 1.0f);
-    }
-    c.Contributing += state.Transmittance < before ? 1 : 0;
-    if (IsOver(c, state))
-    {
-      return;
-    }
-  }
+  TakeAll<Shade>(c, state, s, front, back, turn, bits, turning);
 }
 
 // The field is constant in each voxel: one segment per voxel.
 template <typename T, bool Shade>
-inline void IntegrateNearest(
-  Context& c, State& state, const Ray& ray, const BrickView& view, const Lot& lot)
+__attribute__((noinline)) void IntegrateNearest(
+  Context& c, State& state, const Ray& ray, const BrickView& view, const Walk& walk, const Lot& lot)
 {
   c.Steps += static_cast<std::uint32_t>(lot.Count);
   c.Samples += static_cast<std::uint64_t>(lot.Count);
-  const Ints at = InSlot(Load(lot.X), 1, view.Edge - 2) +
-    view.Edge *
-      (InSlot(Load(lot.Y), 1, view.Edge - 2) + view.Edge * InSlot(Load(lot.Z), 1, view.Edge - 2));
-  const Floats texel = LoadTexel<T>(view, at);
+  const LotView v = View(walk, view, lot);
+  const Offsets at =
+    OffsetsOf<T>(v.Cell.X + view.Edge * (v.Cell.Y + view.Edge * v.Cell.Z));
+  const Floats texel = LoadTexel<T>(view, at, 0);
   const Floats node = (texel * view.Scale + view.Offset) * c.Table.NodesPerUnit;
-  const Floats length = (Load(lot.End) - Load(lot.Begin)) * ray.World;
+  const Floats length = (v.End - v.Begin) * ray.World;
   Floats depth = SampleTransfer(c.Table, node).S * length;
-  depth = Select(FirstLanes(lot.Count) & (texel == texel), depth, Floats{});
+  depth = Select(v.Valid & (texel == texel), depth, Floats{});
   unsigned bits = Bits(depth > 0.0f);
   if (bits == 0)
   {
@@ -161,18 +223,23 @@ inline void IntegrateNearest(
   Color<Floats> color = TransferColor(c.Table, node);
   if constexpr (Shade)
   {
-    const auto difference = [&](std::int32_t step, float perVoxel)
-    { return (LoadTexel<T>(view, at + step) - LoadTexel<T>(view, at - step)) * perVoxel; };
+    const auto difference = [&](std::int32_t voxels, float perVoxel)
+    {
+      const auto step = static_cast<std::ptrdiff_t>(sizeof(T)) * voxels;
+      return (LoadTexel<T>(view, at, step) - LoadTexel<T>(view, at, -step)) * perVoxel;
+    };
     color = LitColor(c.P, color, difference(1, view.PerVoxelX),
       difference(view.Edge, view.PerVoxelY), difference(view.Edge * view.Edge, view.PerVoxelZ),
       c.TowardsLight);
   }
-  const Floats opacity = OpacityOf(depth);
+  const Floats channels[4] = { color.Red, color.Green, color.Blue, OpacityOf(depth) };
+  Quad colors[Lanes];
+  Transpose(channels, colors);
   while (bits != 0)
   {
     const int lane = __builtin_ctz(bits);
     bits &= bits - 1;
-    Accumulate(state, opacity[lane], color.Red[lane], color.Green[lane], color.Blue[lane]);
+    Accumulate(state, colors[lane][3], colors[lane]);
     c.Contributing += 1;
     if (IsOver(c, state))
     {
@@ -181,23 +248,12 @@ inline void IntegrateNearest(
   }
 }
 
-// The cell at a depth: faces decide, as they do when the walk steps over them.
-inline std::int32_t CellAt(float first, float direction, float inverse, std::int32_t forward,
-  float t)
-{
-  const std::int32_t cell = Floor(first + t * direction);
-  const float exit = (static_cast<float>(cell + forward) - first) * inverse;
-  const float entry = (static_cast<float>(cell + 1 - forward) - first) * inverse;
-  return cell + (2 * forward - 1) * ((exit <= t ? 1 : 0) - (entry > t ? 1 : 0));
-}
-
-// Whether nothing in a cell of CELL_EDGE^3 voxels is visible.
+// Whether nothing in a cell of CELL_EDGE^3 voxels is visible under the transfer function.
 template <typename T>
-inline bool IsEmptyCell(const Context& c, const BrickView& view, std::int32_t index)
+inline bool IsEmptyCell(const Context& c, const BrickView& view, const std::uint8_t* cell)
 {
   T range[2];
-  __builtin_memcpy(range, view.Cells + static_cast<std::size_t>(index) * sizeof(range),
-    sizeof(range));
+  __builtin_memcpy(range, cell, sizeof(range));
   const auto least = static_cast<float>(range[0]);
   const auto largest = static_cast<float>(range[1]);
   return least > largest ||
@@ -205,38 +261,61 @@ inline bool IsEmptyCell(const Context& c, const BrickView& view, std::int32_t in
       (largest * view.Scale + view.Offset) * c.Table.NodesPerUnit);
 }
 
+// The bits of the cells of a slot, made anew where the slot or the transfer function is. Several
+// threads may do so at once: they write the same.
+template <typename T>
+inline const std::uint64_t* OccupancyOf(const Context& c, const BrickView& view, std::uint32_t slot)
+{
+  const NativeScene& scene = c.Scene;
+  const auto cells = static_cast<std::size_t>(view.CellsAlong);
+  const auto macros = static_cast<std::size_t>(view.MacrosAlong);
+  std::uint64_t* words = scene.Occupancy + slot * macros * macros * macros;
+  std::uint32_t* version = scene.OccupancyVersion + slot;
+  if (__atomic_load_n(version, __ATOMIC_ACQUIRE) == scene.TableVersion)
+  {
+    return words;
+  }
+  constexpr std::size_t edge = MacroEdge;
+  const std::uint8_t* ranges = scene.Cells + slot * cells * cells * cells * 2 * sizeof(T);
+  for (std::size_t m = 0; m < macros * macros * macros; ++m)
+  {
+    const std::size_t x = m % macros * edge;
+    const std::size_t y = m / macros % macros * edge;
+    const std::size_t z = m / (macros * macros) * edge;
+    std::uint64_t word = 0;
+    for (std::size_t i = 0; i < edge * edge * edge; ++i)
+    {
+      const std::size_t cx = x + i % edge;
+      const std::size_t cy = y + i / edge % edge;
+      const std::size_t cz = z + i / (edge * edge);
+      if (cx < cells && cy < cells && cz < cells &&
+        !IsEmptyCell<T>(c, view, ranges + (cx + cells * (cy + cells * cz)) * 2 * sizeof(T)))
+      {
+        word |= std::uint64_t{ 1 } << i;
+      }
+    }
+    __atomic_store_n(words + m, word, __ATOMIC_RELAXED);
+  }
+  __atomic_store_n(version, scene.TableVersion, __ATOMIC_RELEASE);
+  return words;
+}
+
 template <typename T, bool Shade, bool Nearest>
 void IntegrateBrick(
   Context& c, State& state, const Ray& ray, const BrickView& view, float t0, float t1)
 {
-  constexpr auto edge = static_cast<std::int32_t>(shared::CELL_EDGE);
-  constexpr auto border = static_cast<std::int32_t>(Border);
-  constexpr float shift = Nearest ? 0.0f : 0.5f;
-  Walk w;
-  w.First = { view.Base.X - shift, view.Base.Y - shift, view.Base.Z - shift };
-  w.Inverse = { 1.0f / view.Direction.X, 1.0f / view.Direction.Y, 1.0f / view.Direction.Z };
-  w.Forward[0] = static_cast<std::int32_t>(ray.Positive.X);
-  w.Forward[1] = static_cast<std::int32_t>(ray.Positive.Y);
-  w.Forward[2] = static_cast<std::int32_t>(ray.Positive.Z);
-  w.T = t0;
-  w.End = t1;
-  const std::int32_t move[3] = { 2 * w.Forward[0] - 1, 2 * w.Forward[1] - 1,
-    2 * w.Forward[2] - 1 };
-  const float first[3] = { w.First.X, w.First.Y, w.First.Z };
-  const float direction[3] = { view.Direction.X, view.Direction.Y, view.Direction.Z };
-  const float inverse[3] = { w.Inverse.X, w.Inverse.Y, w.Inverse.Z };
-  std::int32_t cell[3];
-  for (int a = 0; a < 3; ++a)
-  {
-    cell[a] = CellAt(first[a], direction[a], inverse[a], w.Forward[a], t0);
-  }
-  const bool skip = c.P.Switches[0] != 0;
-  Lot lot;
+  constexpr auto edge = static_cast<float>(shared::CELL_EDGE);
+  constexpr auto macroEdge = static_cast<float>(MacroEdge);
+  const Walk w = BeginWalk(ray, view, Nearest ? 0.0f : 0.5f, t1);
+  const Quad last = Spread(static_cast<float>(view.CellsAlong - 1));
+  const Quad none = {};
+  const std::int32_t macros = view.MacrosAlong;
+  Lot lot{};
   const auto integrate = [&]
   {
     if constexpr (Nearest)
     {
-      IntegrateNearest<T, Shade>(c, state, ray, view, lot);
+      IntegrateNearest<T, Shade>(c, state, ray, view, w, lot);
     }
     else
     {
@@ -244,60 +323,83 @@ void IntegrateBrick(
     }
     lot.Count = 0;
   };
-  while (w.T < w.End)
+  // The first cell of CELL_EDGE^3 voxels begins half a voxel before the brick.
+  const auto macroOf = [&](Quad voxelCell)
   {
-    std::int32_t at[3];
-    float exits[3];
-    std::int32_t face[3];
-    for (int a = 0; a < 3; ++a)
+    const Quad at = Floor((voxelCell - Border) * (1.0f / edge));
+    return at < none ? none : at > last ? last : at;
+  };
+  const auto facesAhead = [&](Quad at, float size)
+  {
+    const Quad low = at * edge + Border;
+    return w.Forward > none ? low + size : low - (at == none ? none + 1.0f : none);
+  };
+  Quad cell = CellAt(w, t0);
+  bool known = true; // `cell` is where the ray is
+  Quad at = macroOf(cell);
+  float t = t0;
+  while (t < t1)
+  {
+    const Quad exits = (facesAhead(at, edge) - w.First) * w.Inverse;
+    Quad next = LeastOfThree(exits);
+    float stop = Min(Max(next[0], t), t1);
+    if (view.Occupancy != nullptr)
     {
-      const std::int32_t last = view.CellsAlong - 1;
-      at[a] = Min(Max((cell[a] - border + edge) / edge - 1, 0), last);
-      const std::int32_t low = at[a] * edge + border;
-      // The first cell begins half a voxel before the brick.
-      face[a] = w.Forward[a] != 0 ? low + edge : low - (at[a] == 0 ? 1 : 0);
-      exits[a] = (static_cast<float>(face[a]) - first[a]) * inverse[a];
-    }
-    const float leave = Max(Min(exits[0], Min(exits[1], exits[2])), w.T);
-    if (skip &&
-      IsEmptyCell<T>(c, view, at[0] + view.CellsAlong * (at[1] + view.CellsAlong * at[2])))
-    {
-      for (int a = 0; a < 3; ++a)
+      const auto x = static_cast<std::int32_t>(at[0]);
+      const auto y = static_cast<std::int32_t>(at[1]);
+      const auto z = static_cast<std::int32_t>(at[2]);
+      const std::uint64_t word = __atomic_load_n(
+        view.Occupancy + (x >> 2) + macros * ((y >> 2) + macros * (z >> 2)), __ATOMIC_RELAXED);
+      if (word == 0)
       {
-        cell[a] = exits[a] <= leave
-          ? face[a] - (1 - w.Forward[a])
-          : CellAt(first[a], direction[a], inverse[a], w.Forward[a], leave);
+        // All of its MacroEdge^3 cells at once.
+        const Quad first = Floor(at * (1.0f / macroEdge)) * macroEdge;
+        const Quad far = (facesAhead(first, edge * macroEdge) - w.First) * w.Inverse;
+        t = Max(LeastOfThree(far)[0], t);
+        if (t < t1)
+        {
+          cell = CellAt(w, t);
+          known = true;
+          const Quad before = at;
+          at = macroOf(cell);
+          if (Bits(at != before) == 0)
+          {
+            break; // beyond the last face, by a rounding error
+          }
+        }
+        c.Steps += 1;
+        continue;
       }
-      w.T = leave;
-      c.Steps += 1;
-      continue;
+      if ((word >> ((x & 3) | (y & 3) << 2 | (z & 3) << 4) & 1u) == 0)
+      {
+        t = stop;
+        known = false;
+        at += exits <= next ? w.Move : none;
+        if (Bits((at < none) | (at > last)) != 0)
+        {
+          break; // likewise
+        }
+        c.Steps += 1;
+        continue;
+      }
     }
-    // One by one up to the end of that cell; the faces ahead of the ray are kept.
-    const float stop = Min(leave, w.End);
-    for (int a = 0; a < 3; ++a)
+    // Voxel cell after voxel cell up to its end.
+    if (!known)
     {
-      exits[a] = (static_cast<float>(cell[a] + w.Forward[a]) - first[a]) * inverse[a];
+      cell = CellAt(w, t);
+      known = true;
     }
     do
     {
-      const float next = Min(exits[0], Min(exits[1], exits[2]));
-      const float begin = w.T;
-      w.T = Min(Max(next, begin), w.End);
-      const int i = lot.Count;
-      lot.X[i] = cell[0];
-      lot.Y[i] = cell[1];
-      lot.Z[i] = cell[2];
-      lot.Begin[i] = begin;
-      lot.End[i] = w.T;
-      lot.Count += w.T > begin ? 1 : 0;
-      for (int a = 0; a < 3; ++a)
-      {
-        if (exits[a] <= next)
-        {
-          cell[a] += move[a];
-          exits[a] = (static_cast<float>(cell[a] + w.Forward[a]) - first[a]) * inverse[a];
-        }
-      }
+      const Quad ahead = (cell + w.Forward - w.First) * w.Inverse;
+      const Quad leave = LeastOfThree(ahead);
+      Quad entry = cell;
+      entry[3] = t;
+      lot.Cells[lot.Count] = entry;
+      const float begin = t;
+      t = Min(Max(leave[0], begin), t1);
+      lot.Count += t > begin ? 1 : 0;
+      cell += ahead <= leave ? w.Move : none;
       if (lot.Count == Lanes)
       {
         integrate();
@@ -306,7 +408,9 @@ void IntegrateBrick(
           return;
         }
       }
-    } while (w.T < stop);
+    } while (t < stop);
+    at += exits <= next ? w.Move : none;
+    at = at < none ? none : at > last ? last : at;
   }
   if (lot.Count != 0)
   {

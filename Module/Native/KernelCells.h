@@ -12,9 +12,10 @@ struct BrickView
   Vector Base;
   Vector Direction;
   const std::uint8_t* Voxels;
-  const std::uint8_t* Cells;
+  const std::uint64_t* Occupancy; // null where nothing is to be skipped
   std::int32_t Edge;       // stored voxels along each axis
-  std::int32_t CellsAlong; // ranges along each axis
+  std::int32_t CellsAlong;  // along each axis
+  std::int32_t MacrosAlong; // words of bits along each axis
   float Scale; // data value above the transfer function's lower end = Scale * texel + Offset
   float Offset;
   float PerVoxelX; // of a central difference of texels, to data per voxel of level 0
@@ -45,7 +46,8 @@ inline BrickView ViewBrick(const NativeScene& scene, const Transfer& transfer, c
   view.Edge = static_cast<std::int32_t>(edge);
   view.CellsAlong = static_cast<std::int32_t>(cells);
   view.Voxels = scene.Voxels + slot * edge * edge * edge * scene.BytesPerTexel;
-  view.Cells = scene.Cells + slot * cells * cells * cells * 2 * scene.BytesPerTexel;
+  view.MacrosAlong = static_cast<std::int32_t>((cells + MacroEdge - 1) / MacroEdge);
+  view.Occupancy = nullptr;
   view.Scale = p.Value[0];
   view.Offset = (p.Value[1] - transfer.Low) + (p.Value[2] - transfer.LowRest);
   if (scene.SlotTable != nullptr)
@@ -60,45 +62,63 @@ inline BrickView ViewBrick(const NativeScene& scene, const Transfer& transfer, c
   return view;
 }
 
-// Texels x and x + 1 of rows that begin at voxel i.
-template <typename T>
-inline void LoadPair(const std::uint8_t* voxels, Ints i, Floats& first, Floats& second)
+// Byte offsets of eight voxels.
+struct Offsets
 {
-  if constexpr (sizeof(T) == 1)
-  {
-    const Ints word = GatherWords(voxels, i);
-    first = ToFloat(word & 0xff);
-    second = ToFloat((word >> 8) & 0xff);
-  }
-  else if constexpr (sizeof(T) == 2)
-  {
-    const Ints word = GatherWords(voxels, i * 2);
-    first = ToFloat(word & 0xffff);
-    second = ToFloat((word >> 16) & 0xffff);
-  }
-  else
-  {
-    first = AsFloat(GatherWords(voxels, i * 4));
-    second = AsFloat(GatherWords(voxels + 4, i * 4));
-  }
+  alignas(32) std::int32_t V[Lanes];
+};
+template <typename T>
+TERAVOX_INLINE Offsets OffsetsOf(Ints voxels)
+{
+  Offsets o;
+  Spill(voxels * static_cast<std::int32_t>(sizeof(T)), o.V);
+  return o;
 }
 
-// Texels x - 1 to x + 2.
+// Texels x and x + 1 of four rows, `row` bytes apart from each other in y and `slice` in z.
 template <typename T>
-inline void LoadRow(const std::uint8_t* voxels, Ints i, Floats (&row)[4])
+TERAVOX_INLINE void LoadPairs(const std::uint8_t* voxels, const Offsets& at, std::ptrdiff_t row,
+  std::ptrdiff_t slice, Floats (&first)[4], Floats (&second)[4])
 {
-  if constexpr (sizeof(T) == 1)
+  if constexpr (sizeof(T) == 4)
   {
-    const Ints word = GatherWords(voxels - 1, i);
-    row[0] = ToFloat(word & 0xff);
-    row[1] = ToFloat((word >> 8) & 0xff);
-    row[2] = ToFloat((word >> 16) & 0xff);
-    row[3] = ToFloat((word >> 24) & 0xff);
+    Quad rows[Lanes];
+    Quad rowsBehind[Lanes];
+    for (int l = 0; l < Lanes; ++l)
+    {
+      const std::uint8_t* p = voxels + at.V[l];
+      Quad a;
+      float v[8];
+      __builtin_memcpy(v, p, 8);
+      __builtin_memcpy(v + 2, p + row, 8);
+      __builtin_memcpy(v + 4, p + slice, 8);
+      __builtin_memcpy(v + 6, p + slice + row, 8);
+      a = Quad{ v[0], v[2], v[4], v[6] };
+      rows[l] = a;
+      rowsBehind[l] = Quad{ v[1], v[3], v[5], v[7] };
+    }
+    Transpose(rows, first);
+    Transpose(rowsBehind, second);
   }
   else
   {
-    LoadPair<T>(voxels - sizeof(T), i, row[0], row[1]);
-    LoadPair<T>(voxels + sizeof(T), i, row[2], row[3]);
+    Quad rows[Lanes];
+    for (int l = 0; l < Lanes; ++l)
+    {
+      const std::uint8_t* p = voxels + at.V[l];
+      rows[l] = reinterpret_cast<Quad>(QuadMask{
+        WordAt(p), WordAt(p + row), WordAt(p + slice), WordAt(p + slice + row) });
+    }
+    Floats words[4];
+    Transpose(rows, words);
+    constexpr int bits = 8 * sizeof(T);
+    constexpr int mask = (1 << bits) - 1;
+    for (int i = 0; i < 4; ++i)
+    {
+      const Ints word = AsInt(words[i]);
+      first[i] = ToFloat(word & mask);
+      second[i] = ToFloat((word >> bits) & mask);
+    }
   }
 }
 
@@ -117,7 +137,7 @@ struct Cubic
   Floats D;
 };
 
-inline Floats Along(const Cubic& c, Floats u)
+TERAVOX_INLINE Floats Along(const Cubic& c, Floats u)
 {
   return c.A + u * (c.B + u * (c.C + u * c.D));
 }
@@ -130,7 +150,7 @@ struct Vectors
 };
 
 // The trilinear field of eight corners along w + u * d (in cell units).
-inline Cubic CubicAlong(const Corners& k, const Vectors& w, const Vectors& d)
+TERAVOX_INLINE Cubic CubicAlong(const Corners& k, const Vectors& w, const Vectors& d)
 {
   const Floats x = k.V[1] - k.V[0];
   const Floats y = k.V[2] - k.V[0];
@@ -163,69 +183,72 @@ struct Gradient
   Cubic Z;
 };
 
+// The eight corners of cells. Index i of a pair: y + 2 z.
 template <typename T>
-inline Corners LoadCorners(const BrickView& view, Ints at)
+TERAVOX_INLINE Corners LoadCorners(const BrickView& view, const Offsets& at)
 {
-  const std::int32_t row = view.Edge;
-  const std::int32_t slice = view.Edge * view.Edge;
-  Corners k;
-  LoadPair<T>(view.Voxels, at, k.V[0], k.V[1]);
-  LoadPair<T>(view.Voxels, at + row, k.V[2], k.V[3]);
-  LoadPair<T>(view.Voxels, at + slice, k.V[4], k.V[5]);
-  LoadPair<T>(view.Voxels, at + (slice + row), k.V[6], k.V[7]);
-  return k;
+  const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(sizeof(T)) * view.Edge;
+  Floats first[4];
+  Floats second[4];
+  LoadPairs<T>(view.Voxels, at, row, row * view.Edge, first, second);
+  return { { first[0], second[0], first[1], second[1], first[2], second[2], first[3],
+    second[3] } };
 }
 
 template <typename T>
 inline Gradient LoadGradient(
-  const BrickView& view, Ints at, const Corners& k, const Vectors& w, const Vectors& d)
+  const BrickView& view, const Offsets& at, const Corners& k, const Vectors& w, const Vectors& d)
 {
-  const std::int32_t row = view.Edge;
-  const std::int32_t slice = view.Edge * view.Edge;
+  const auto step = static_cast<std::ptrdiff_t>(sizeof(T));
+  const std::ptrdiff_t row = step * view.Edge;
+  const std::ptrdiff_t slice = row * view.Edge;
   Gradient g;
   Corners difference;
+  // Pairs that end before and begin behind the cell along x.
+  Floats before[4];
+  Floats behind[4];
+  Floats unused[4];
+  LoadPairs<T>(view.Voxels - step, at, row, slice, before, unused);
+  LoadPairs<T>(view.Voxels + 2 * step, at, row, slice, behind, unused);
   for (int i = 0; i < 4; ++i)
   {
-    Floats around[4];
-    LoadRow<T>(view.Voxels, at + ((i & 1) * row + (i >> 1) * slice), around);
-    difference.V[2 * i] = around[2] - around[0];
-    difference.V[2 * i + 1] = around[3] - around[1];
+    difference.V[2 * i] = k.V[2 * i + 1] - before[i];
+    difference.V[2 * i + 1] = behind[i] - k.V[2 * i];
   }
   g.X = CubicAlong(difference, w, d);
+  // Rows before and behind along y: index `side + 2 z`.
+  Floats second[4];
+  LoadPairs<T>(view.Voxels - row, at, 3 * row, slice, before, second);
   for (int z = 0; z < 2; ++z)
   {
-    Floats before[2];
-    Floats behind[2];
-    LoadPair<T>(view.Voxels, at + (z * slice - row), before[0], before[1]);
-    LoadPair<T>(view.Voxels, at + (z * slice + 2 * row), behind[0], behind[1]);
-    for (int x = 0; x < 2; ++x)
-    {
-      difference.V[4 * z + x] = k.V[4 * z + 2 + x] - before[x];
-      difference.V[4 * z + 2 + x] = behind[x] - k.V[4 * z + x];
-    }
+    difference.V[4 * z] = k.V[4 * z + 2] - before[2 * z];
+    difference.V[4 * z + 1] = k.V[4 * z + 3] - second[2 * z];
+    difference.V[4 * z + 2] = before[2 * z + 1] - k.V[4 * z];
+    difference.V[4 * z + 3] = second[2 * z + 1] - k.V[4 * z + 1];
   }
   g.Y = CubicAlong(difference, w, d);
+  // The same along z: index `y + 2 side`.
+  LoadPairs<T>(view.Voxels - slice, at, row, 3 * slice, before, second);
   for (int y = 0; y < 2; ++y)
   {
-    Floats before[2];
-    Floats behind[2];
-    LoadPair<T>(view.Voxels, at + (y * row - slice), before[0], before[1]);
-    LoadPair<T>(view.Voxels, at + (y * row + 2 * slice), behind[0], behind[1]);
-    for (int x = 0; x < 2; ++x)
-    {
-      difference.V[2 * y + x] = k.V[4 + 2 * y + x] - before[x];
-      difference.V[4 + 2 * y + x] = behind[x] - k.V[2 * y + x];
-    }
+    difference.V[2 * y] = k.V[4 + 2 * y] - before[y];
+    difference.V[2 * y + 1] = k.V[5 + 2 * y] - second[y];
+    difference.V[4 + 2 * y] = before[2 + y] - k.V[2 * y];
+    difference.V[5 + 2 * y] = second[2 + y] - k.V[2 * y + 1];
   }
   g.Z = CubicAlong(difference, w, d);
   return g;
 }
 
 template <typename T>
-inline Floats LoadTexel(const BrickView& view, Ints at)
+inline Floats LoadTexel(const BrickView& view, const Offsets& at, std::ptrdiff_t offset)
 {
   Floats texel;
-  Floats next;
-  LoadPair<T>(view.Voxels, at, texel, next);
+  for (int l = 0; l < Lanes; ++l)
+  {
+    T v;
+    __builtin_memcpy(&v, view.Voxels + at.V[l] + offset, sizeof(v));
+    texel[l] = static_cast<float>(v);
+  }
   return texel;
 }

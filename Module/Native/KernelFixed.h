@@ -6,14 +6,21 @@
 // Position in nodes at eight places of a brick; NaN where a voxel has no value.
 template <typename T>
 inline Floats FieldAt(
-  const Context& c, const BrickView& view, const Walk& walk, Floats t, Ints& at, Vectors& w)
+  const Context& c, const BrickView& view, const Walk& walk, Floats t, Offsets& at, Vectors& w)
 {
-  const Vectors q = Positions(walk, view, t);
-  const Ints x = InSlot(Truncate(q.X), 1, view.Edge - 3);
-  const Ints y = InSlot(Truncate(q.Y), 1, view.Edge - 3);
-  const Ints z = InSlot(Truncate(q.Z), 1, view.Edge - 3);
-  w = { q.X - ToFloat(x), q.Y - ToFloat(y), q.Z - ToFloat(z) };
-  at = x + view.Edge * (y + view.Edge * z);
+  const auto along = [&](int a, Ints& cell, Floats& within)
+  {
+    const Floats q = walk.First[a] + t * walk.Direction[a];
+    cell = InSlot(q, 1, view.Edge - 3);
+    within = q - ToFloat(cell);
+  };
+  Ints x;
+  Ints y;
+  Ints z;
+  along(0, x, w.X);
+  along(1, y, w.Y);
+  along(2, z, w.Z);
+  at = OffsetsOf<T>(x + view.Edge * (y + view.Edge * z));
   const Vectors nowhere{ Floats{}, Floats{}, Floats{} };
   const Floats texel = CubicAlong(LoadCorners<T>(view, at), w, nowhere).A;
   return (texel * view.Scale + view.Offset) * c.Table.NodesPerUnit;
@@ -24,35 +31,39 @@ void IntegrateFixed(
   Context& c, State& state, const Ray& ray, const BrickView& view, float t0, float t1)
 {
   const float step = c.P.Step[0] / ray.World;
-  Walk w{};
-  w.First = { view.Base.X - 0.5f, view.Base.Y - 0.5f, view.Base.Z - 0.5f };
-  Lot lot;
+  const Walk w = BeginWalk(ray, view, 0.5f, t1);
   float t = t0;
   while (t < t1)
   {
-    for (lot.Count = 0; lot.Count < Lanes && t < t1; ++lot.Count)
+    float begins[Lanes];
+    float ends[Lanes];
+    int count = 0;
+    for (; count < Lanes && t < t1; ++count)
     {
       // t is often a multiple itself, and t / step may be rounded to just below it.
       const float cut = __builtin_floorf(t / step);
       float next = (cut + 1.0f) * step;
       next = next > t ? next : (cut + 2.0f) * step;
       next = next > t ? Min(next, t1) : t1;
-      lot.Begin[lot.Count] = t;
-      lot.End[lot.Count] = next;
+      begins[count] = t;
+      ends[count] = next;
       t = next;
     }
-    for (int l = lot.Count; l < Lanes; ++l)
+    for (int l = count; l < Lanes; ++l)
     {
-      lot.Begin[l] = lot.End[l] = t;
+      begins[l] = ends[l] = t;
     }
-    Ints at;
+    Offsets at;
     Vectors within;
-    const Floats begin = Load(lot.Begin);
-    const Floats length = Load(lot.End) - begin;
+    Floats begin;
+    Floats end;
+    __builtin_memcpy(&begin, begins, sizeof(begin));
+    __builtin_memcpy(&end, ends, sizeof(end));
+    const Floats length = end - begin;
     const Sample<Floats> a =
       SampleTransfer(c.Table, FieldAt<T>(c, view, w, begin, at, within));
     const Sample<Floats> b =
-      SampleTransfer(c.Table, FieldAt<T>(c, view, w, Load(lot.End), at, within));
+      SampleTransfer(c.Table, FieldAt<T>(c, view, w, end, at, within));
     Floats depth = MeanExtinction(a, b, Floats{}, Floats{}).Mean * (length * ray.World);
     depth = Select((a.X == a.X) & (b.X == b.X), depth, Floats{});
     const Floats opacity = OpacityOf(depth);
@@ -67,16 +78,16 @@ void IntegrateFixed(
       color = LitColor(c.P, color, g.X.A * view.PerVoxelX, g.Y.A * view.PerVoxelY,
         g.Z.A * view.PerVoxelZ, c.TowardsLight);
     }
-    for (int l = 0; l < lot.Count; ++l)
+    for (int l = 0; l < count; ++l)
     {
       c.Contributing += depth[l] > 0.0f ? 1 : 0;
-      Accumulate(state, opacity[l], color.Red[l], color.Green[l], color.Blue[l]);
+      Accumulate(state, opacity[l], Quad{ color.Red[l], color.Green[l], color.Blue[l], 0.0f });
       if (IsOver(c, state))
       {
         return;
       }
     }
-    c.Steps += static_cast<std::uint32_t>(lot.Count);
-    c.Samples += static_cast<std::uint64_t>(lot.Count);
+    c.Steps += static_cast<std::uint32_t>(count);
+    c.Samples += static_cast<std::uint64_t>(count);
   }
 }

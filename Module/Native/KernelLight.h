@@ -16,7 +16,7 @@ inline Vector TowardsLight(const MarchParameters& p, const Ray& ray, float begin
 // The colour lit at a place with this central difference per axis, in voxels of level 0. As in VTK,
 // it is clamped before it is weighted with the opacity.
 template <typename F>
-inline Color<F> LitColor(
+TERAVOX_INLINE Color<F> LitColor(
   const MarchParameters& p, const Color<F>& color, F x, F y, F z, const Vector& towardsLight)
 {
   const F gx = (x * p.Normal[0][0] + y * p.Normal[0][1]) + z * p.Normal[0][2];

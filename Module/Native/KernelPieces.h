@@ -11,13 +11,15 @@ constexpr float OpaquePlace = 0.35f;
 // Share of the change of light, and of its deviation from a linear change, taken as its error.
 constexpr float LightWeight = 0.06f;
 constexpr float LightBendWeight = 0.5f;
+// Share of the deviation of colours at the ends from a linear change that is taken as an error, and
+// of the bend of the field.
+constexpr float KinkWeight = 0.25f;
+constexpr float BendWeight = 0.1f;
 
-// What a ray has gathered, front to back: the colour is premultiplied.
+// What a ray has gathered, front to back: the colour (red, green, blue and a rest) is premultiplied.
 struct State
 {
-  float Red;
-  float Green;
-  float Blue;
+  Quad Color;
   float Transmittance;
 };
 
@@ -38,12 +40,9 @@ inline bool IsOver(const Context& c, const State& s)
   return s.Transmittance <= c.P.Step[2];
 }
 
-inline void Accumulate(State& s, float opacity, float red, float green, float blue)
+TERAVOX_INLINE void Accumulate(State& s, float opacity, Quad color)
 {
-  const float weight = s.Transmittance * opacity;
-  s.Red += weight * red;
-  s.Green += weight * green;
-  s.Blue += weight * blue;
+  s.Color += (s.Transmittance * opacity) * color;
   s.Transmittance *= 1.0f - opacity;
 }
 
@@ -55,32 +54,26 @@ struct Segments
   Floats Length;  // world units
 };
 
-// Front-to-back, one or eight pieces. Error: what accepting a piece costs per transmittance before
-// it, less what it may cost for the opacity that it adds.
-struct alignas(32) Pieces
+// Eight pieces. Error: what accepting a piece costs per transmittance before it, less what it may
+// cost for the opacity that it adds.
+struct Pieces
 {
-  float Opacity[Lanes];
-  float Red[Lanes];
-  float Green[Lanes];
-  float Blue[Lanes];
-  float Error[Lanes];
+  Quad Color[Lanes]; // red, green, blue, opacity
+  Floats Error;
 };
-
-inline void Store(float (&out)[Lanes], Floats v)
-{
-  __builtin_memcpy(out, &v, sizeof(v));
-}
 
 struct Extinction
 {
   Floats Mean;
   Floats Uneven; // |mean - half of the sum of the ends|, without the field's bend
   Floats Change; // how much the mean may be off
+  Floats Off;    // how far the cubic is from the line between its ends, as a share of their distance
+  Floats Ahead;  // how far its mean is ahead of theirs, likewise
 };
 
 // Mean extinction between two samples of a cubic, `bend` twice the largest second derivative of
 // that part and `excess` the mean of the cubic above the mean of its ends.
-inline Extinction MeanExtinction(
+TERAVOX_INLINE Extinction MeanExtinction(
   const Sample<Floats>& a, const Sample<Floats>& b, Floats bend, Floats excess)
 {
   const Floats dx = b.X - a.X;
@@ -99,15 +92,17 @@ inline Extinction MeanExtinction(
   e.Mean = Max(chord + slope * excess, Floats{});
   e.Uneven = Abs(chord - half);
   const Floats off = 0.25f * bend;
+  e.Off = Min(one, off / Max(distance, Splat(1.0e-3f)));
+  e.Ahead = Select(wide, excess * inverse, Floats{});
   const Floats variation = Max(Abs(a.Slope - slope), Abs(b.Slope - slope));
   e.Change = Min(0.67f * variation * off +
-      4.0f * e.Uneven * Min(one, off / Max(distance, Splat(1.0e-3f))),
+      4.0f * e.Uneven * e.Off,
     a.S + b.S + 2.0f * chord);
   return e;
 }
 
 template <bool Shade>
-inline Color<Floats> LightAt(
+TERAVOX_INLINE Color<Floats> LightAt(
   const Context& c, const Segments& s, const Color<Floats>& color, Floats u)
 {
   if constexpr (Shade)
@@ -137,12 +132,20 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
   const Floats length = size * s.Length;
   const Floats depth = e.Mean * length;
   const Floats opacity = OpacityOf(depth);
-  const Color<Floats> colorA = TransferColor(c.Table, a.X);
-  const Color<Floats> colorB = TransferColor(c.Table, b.X);
-  const Floats gathered = CentroidOf(a.S, b.S, depth, opacity);
-  Color<Floats> color = Mix(colorA, colorB, gathered);
-  // Where in the piece light is gathered is known only as far as the extinction is linear.
+  Color<Floats> slopeA;
+  Color<Floats> slopeB;
+  const Color<Floats> colorA = TransferColor(c.Table, a.X, slopeA);
+  const Color<Floats> colorB = TransferColor(c.Table, b.X, slopeB);
   const Floats one = Splat(1.0f);
+  const Floats gathered = CentroidOf(a.S, b.S, depth, opacity);
+  Color<Floats> color = Mix(colorA, colorB, Min(Max(gathered + e.Ahead, Floats{}), one));
+  // How far the colours of the piece are from the line between those of its ends.
+  const Color<Floats> chord{ colorB.Red - colorA.Red, colorB.Green - colorA.Green,
+    colorB.Blue - colorA.Blue };
+  const Floats dx = b.X - a.X;
+  const Floats kink =
+    Max(Difference(chord, Times(slopeA, dx)), Difference(chord, Times(slopeB, dx)));
+  // Where in the piece light is gathered is known only as far as the extinction is linear.
   const Floats thick = Min(depth, one);
   const Floats place =
     OpaquePlace * thick * thick + 0.25f * e.Uneven / Max(e.Mean, Splat(1.0e-30f));
@@ -157,15 +160,14 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
   }
   else
   {
-    shift = Difference(colorA, colorB) * place;
+    shift = Difference(colorA, colorB) * (place + BendWeight * e.Off);
   }
+  shift = shift + KinkWeight * kink;
   const Floats error = Min(e.Change * length, one) * (1.0f - opacity) +
     opacity * (Min(shift, one) - c.P.Step[1]);
-  Store(out.Opacity, opacity);
-  Store(out.Red, color.Red);
-  Store(out.Green, color.Green);
-  Store(out.Blue, color.Blue);
-  Store(out.Error, error);
+  const Floats colors[4] = { color.Red, color.Green, color.Blue, opacity };
+  Transpose(colors, out.Color);
+  out.Error = error;
 }
 
 inline Cubic Spread(const Cubic& c, int lane)
@@ -212,13 +214,12 @@ inline void Take(Context& c, State& state, const Segments& s, const Pieces& piec
     Refine<Shade>(c, state, s, segment, from, to);
     return;
   }
-  Accumulate(
-    state, pieces.Opacity[lane], pieces.Red[lane], pieces.Green[lane], pieces.Blue[lane]);
+  Accumulate(state, pieces.Color[lane][3], pieces.Color[lane]);
 }
 
 // Where in (0, 1) a cubic turns, to a thousandth or so; 1 for nowhere. One that turns twice inside
 // hardly bends; what it does is part of the error of its pieces.
-inline Floats TurningPoint(const Cubic& c)
+TERAVOX_INLINE Floats TurningPoint(const Cubic& c)
 {
   const Floats begin = c.B;
   const Floats end = c.B + (2.0f * c.C + 3.0f * c.D);
@@ -242,7 +243,7 @@ inline void IntegrateConstant(Context& c, State& state, const Ray& ray, float po
   {
     color = LitColor(c.P, color, 0.0f, 0.0f, 0.0f, c.TowardsLight);
   }
-  Accumulate(state, OpacityOf(depth), color.Red, color.Green, color.Blue);
+  Accumulate(state, OpacityOf(depth), Quad{ color.Red, color.Green, color.Blue, 0.0f });
   c.Steps += 1;
   c.Samples += 1;
   c.Contributing += depth > 0.0f ? 1 : 0;

@@ -30,13 +30,6 @@ inline float Dot(const Vec& a, const Vector& b)
 {
   return (a[0] * b.X + a[1] * b.Y) + a[2] * b.Z;
 }
-// The largest integer below, for |v| < 2^31.
-inline std::int32_t Floor(float v)
-{
-  const auto i = static_cast<std::int32_t>(v);
-  return i - (static_cast<float>(i) > v ? 1 : 0);
-}
-
 struct Ray
 {
   Vector Origin;    // anchored corner coordinates of level 0 at depth 0

@@ -34,7 +34,7 @@ inline float TransferPosition(const Transfer& t, float valueHigh, float valueLow
 // The node before a position, and how far behind it the position is; beyond the first and the last
 // node the function is constant.
 template <typename F>
-inline auto NodeBefore(const Transfer& t, F position, F& fraction)
+TERAVOX_INLINE auto NodeBefore(const Transfer& t, F position, F& fraction)
 {
   const F zero = F{};
   const F x = Min(Max(position, zero), zero + (t.Nodes - 1.0f));
@@ -44,7 +44,7 @@ inline auto NodeBefore(const Transfer& t, F position, F& fraction)
 }
 
 template <typename F>
-inline Sample<F> SampleTransfer(const Transfer& t, F position)
+TERAVOX_INLINE Sample<F> SampleTransfer(const Transfer& t, F position)
 {
   F f;
   const auto i = NodeBefore(t, position, f);
@@ -70,35 +70,50 @@ struct Color
 };
 
 template <typename F>
-inline F ColorBetween(F word, F fraction)
+TERAVOX_INLINE F ColorBetween(F word, F fraction, F& slope)
 {
   const auto bits = AsInt(word);
   const F a = ToFloat(bits & 0xffff);
-  const F b = ToFloat((bits >> 16) & 0xffff);
-  return (a + fraction * (b - a)) * (1.0f / 65535.0f);
+  slope = (ToFloat((bits >> 16) & 0xffff) - a) * (1.0f / 65535.0f);
+  return a * (1.0f / 65535.0f) + fraction * slope;
 }
 
+// The colour at a position, and how it changes per node.
 template <typename F>
-inline Color<F> TransferColor(const Transfer& t, F position)
+TERAVOX_INLINE Color<F> TransferColor(const Transfer& t, F position, Color<F>& slope)
 {
   F f;
   const auto i = NodeBefore(t, position, f);
   F node[4];
   LoadFour(t.Colors, i, node);
-  return { ColorBetween(node[0], f), ColorBetween(node[1], f), ColorBetween(node[2], f) };
+  return { ColorBetween(node[0], f, slope.Red), ColorBetween(node[1], f, slope.Green),
+    ColorBetween(node[2], f, slope.Blue) };
 }
 
 template <typename F>
-inline Color<F> Mix(const Color<F>& a, const Color<F>& b, F weight)
+TERAVOX_INLINE Color<F> TransferColor(const Transfer& t, F position)
+{
+  Color<F> slope;
+  return TransferColor(t, position, slope);
+}
+
+template <typename F>
+TERAVOX_INLINE Color<F> Mix(const Color<F>& a, const Color<F>& b, F weight)
 {
   return { a.Red + weight * (b.Red - a.Red), a.Green + weight * (b.Green - a.Green),
     a.Blue + weight * (b.Blue - a.Blue) };
 }
 
 template <typename F>
-inline F Difference(const Color<F>& a, const Color<F>& b)
+TERAVOX_INLINE F Difference(const Color<F>& a, const Color<F>& b)
 {
   return Max(Max(Abs(a.Red - b.Red), Abs(a.Green - b.Green)), Abs(a.Blue - b.Blue));
+}
+
+template <typename F>
+TERAVOX_INLINE Color<F> Times(const Color<F>& c, F factor)
+{
+  return { c.Red * factor, c.Green * factor, c.Blue * factor };
 }
 
 // True if the table is exactly 0 between two positions (contract 1e). The margin covers the
@@ -109,20 +124,21 @@ inline bool IsEmptyBetween(const Transfer& t, float from, float to)
   const float last = Min(Max(to + 1.02f, 0.0f), t.Nodes);
   return static_cast<float>(t.Occupied[static_cast<std::int32_t>(first)]) > last;
 }
-inline Ints IsEmptyBetween(const Transfer& t, Floats from, Floats to)
+TERAVOX_INLINE Ints IsEmptyBetween(const Transfer& t, Floats from, Floats to)
 {
   const Floats zero = {};
   const Floats nodes = Splat(t.Nodes);
   const Floats first = Min(Max(from + 0.98f, zero), nodes);
   const Floats last = Min(Max(to + 1.02f, zero), nodes);
-  const Ints word =
-    GatherWords(reinterpret_cast<const std::uint8_t*>(t.Occupied), Truncate(first) * 2);
+  alignas(32) std::int32_t at[Lanes];
+  Spill(Truncate(first) * 2, at);
+  const Ints word = GatherWords(reinterpret_cast<const std::uint8_t*>(t.Occupied), at);
   return ToFloat(word & 0xffff) > last;
 }
 
 // 1 - exp(-depth), without cancellation.
 template <typename F>
-inline F OpacityOf(F depth)
+TERAVOX_INLINE F OpacityOf(F depth)
 {
   const F small = depth * (1.0f - depth * (0.5f - depth * (0.16666667f - depth * 0.041666667f)));
   return Select(depth < 0.03f, small, 1.0f - ExpOfMinus(depth));
@@ -131,7 +147,7 @@ inline F OpacityOf(F depth)
 // Where along a piece, from 0 at its front to 1, its light comes from: the first moment of
 // s(u) exp(-depth so far), exact for a linear s in thin and for a constant s in thick media.
 template <typename F>
-inline F CentroidOf(F sFront, F sBack, F depth, F opacity)
+TERAVOX_INLINE F CentroidOf(F sFront, F sBack, F depth, F opacity)
 {
   const F zero = F{};
   const F sum = sFront + sBack;

@@ -8,6 +8,11 @@
 constexpr int Lanes = 8;
 using Floats = float __attribute__((vector_size(4 * Lanes)));
 using Ints = std::int32_t __attribute__((vector_size(4 * Lanes)));
+// x, y, z and something else.
+using Quad = float __attribute__((vector_size(16)));
+using QuadMask = std::int32_t __attribute__((vector_size(16)));
+
+#define TERAVOX_INLINE inline __attribute__((always_inline))
 
 inline Floats Splat(float v)
 {
@@ -58,6 +63,38 @@ inline Floats ToFloat(Ints v)
 {
   return __builtin_convertvector(v, Floats);
 }
+// The largest integer below, for |v| < 2^31.
+inline std::int32_t Floor(float v)
+{
+  const auto i = static_cast<std::int32_t>(v);
+  return i - (static_cast<float>(i) > v ? 1 : 0);
+}
+TERAVOX_INLINE Quad Floor(Quad v)
+{
+  const Quad i = __builtin_convertvector(__builtin_convertvector(v, QuadMask), Quad);
+  return i > v ? i - 1.0f : i;
+}
+TERAVOX_INLINE Quad Spread(float v)
+{
+  return v - Quad{};
+}
+// The least of x, y and z, in each of them.
+TERAVOX_INLINE Quad LeastOfThree(Quad v)
+{
+  const Quad a = __builtin_shufflevector(v, v, 1, 2, 0, 3);
+  const Quad b = __builtin_shufflevector(v, v, 2, 0, 1, 3);
+  const Quad least = v < a ? v : a;
+  return least < b ? least : b;
+}
+TERAVOX_INLINE unsigned Bits(QuadMask m)
+{
+#ifdef __SSE__
+  return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(m)));
+#else
+  return (m[0] != 0 ? 1u : 0u) | (m[1] != 0 ? 2u : 0u) | (m[2] != 0 ? 4u : 0u) |
+    (m[3] != 0 ? 8u : 0u);
+#endif
+}
 // One bit per lane.
 inline unsigned Bits(Ints m)
 {
@@ -90,22 +127,59 @@ inline Floats SquareRoot(Floats v)
 #endif
 }
 
-// 32-bit words at byte addresses base + i.
-inline Ints GatherWords(const std::uint8_t* base, Ints i)
+// Eight quads as four vectors: all x, all y, all z, all w.
+TERAVOX_INLINE void Transpose(const Quad (&in)[Lanes], Floats (&out)[4])
 {
-#ifdef __AVX2__
-  return reinterpret_cast<Ints>(
-    _mm256_i32gather_epi32(reinterpret_cast<const int*>(base), reinterpret_cast<__m256i>(i), 1));
-#else
-  Ints r;
-  for (int l = 0; l < Lanes; ++l)
+  const auto join = [&](int l)
+  { return __builtin_shufflevector(in[l], in[l + 4], 0, 1, 2, 3, 4, 5, 6, 7); };
+  const Floats a = join(0);
+  const Floats b = join(1);
+  const Floats c = join(2);
+  const Floats d = join(3);
+  const Floats ab = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
+  const Floats cd = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
+  const Floats abHigh = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+  const Floats cdHigh = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+  out[0] = __builtin_shufflevector(ab, cd, 0, 1, 8, 9, 4, 5, 12, 13);
+  out[1] = __builtin_shufflevector(ab, cd, 2, 3, 10, 11, 6, 7, 14, 15);
+  out[2] = __builtin_shufflevector(abHigh, cdHigh, 0, 1, 8, 9, 4, 5, 12, 13);
+  out[3] = __builtin_shufflevector(abHigh, cdHigh, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+// The other way round.
+TERAVOX_INLINE void Transpose(const Floats (&in)[4], Quad (&out)[Lanes])
+{
+  const Floats xy = __builtin_shufflevector(in[0], in[1], 0, 8, 1, 9, 4, 12, 5, 13);
+  const Floats xyHigh = __builtin_shufflevector(in[0], in[1], 2, 10, 3, 11, 6, 14, 7, 15);
+  const Floats zw = __builtin_shufflevector(in[2], in[3], 0, 8, 1, 9, 4, 12, 5, 13);
+  const Floats zwHigh = __builtin_shufflevector(in[2], in[3], 2, 10, 3, 11, 6, 14, 7, 15);
+  const auto put = [&](int l, Floats a, Floats b)
   {
-    std::int32_t v = 0;
-    __builtin_memcpy(&v, base + i[l], 4);
-    r[l] = v;
-  }
-  return r;
-#endif
+    const Floats first = __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13);
+    const Floats second = __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
+    out[l] = __builtin_shufflevector(first, first, 0, 1, 2, 3);
+    out[l + 1] = __builtin_shufflevector(second, second, 0, 1, 2, 3);
+    out[l + 4] = __builtin_shufflevector(first, first, 4, 5, 6, 7);
+    out[l + 5] = __builtin_shufflevector(second, second, 4, 5, 6, 7);
+  };
+  put(0, xy, zw);
+  put(2, xyHigh, zwHigh);
+}
+
+TERAVOX_INLINE std::int32_t WordAt(const std::uint8_t* at)
+{
+  std::int32_t v = 0;
+  __builtin_memcpy(&v, at, 4);
+  return v;
+}
+// 32-bit words at base + i. Single loads, which many processors do faster than gathers.
+TERAVOX_INLINE Ints GatherWords(const std::uint8_t* base, const std::int32_t (&i)[Lanes])
+{
+  return Ints{ WordAt(base + i[0]), WordAt(base + i[1]), WordAt(base + i[2]), WordAt(base + i[3]),
+    WordAt(base + i[4]), WordAt(base + i[5]), WordAt(base + i[6]), WordAt(base + i[7]) };
+}
+TERAVOX_INLINE void Spill(Ints v, std::int32_t (&out)[Lanes])
+{
+  __builtin_memcpy(out, &v, sizeof(v));
 }
 
 // Four words at table + 4 i, word by word.
@@ -116,35 +190,16 @@ inline void LoadFour(const float* table, std::int32_t i, float (&out)[4])
     out[k] = table[4 * i + k];
   }
 }
-inline void LoadFour(const float* table, Ints i, Floats (&out)[4])
+TERAVOX_INLINE void LoadFour(const float* table, Ints i, Floats (&out)[4])
 {
-#ifdef __AVX2__
-  const auto pair = [&](int l)
-  {
-    return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(table + 4 * i[l])),
-      _mm_loadu_ps(table + 4 * i[l + 4]), 1);
-  };
-  const __m256 a = pair(0);
-  const __m256 b = pair(1);
-  const __m256 c = pair(2);
-  const __m256 d = pair(3);
-  const __m256 ab = _mm256_unpacklo_ps(a, b);
-  const __m256 cd = _mm256_unpacklo_ps(c, d);
-  const __m256 abHigh = _mm256_unpackhi_ps(a, b);
-  const __m256 cdHigh = _mm256_unpackhi_ps(c, d);
-  out[0] = reinterpret_cast<Floats>(_mm256_shuffle_ps(ab, cd, 0x44));
-  out[1] = reinterpret_cast<Floats>(_mm256_shuffle_ps(ab, cd, 0xee));
-  out[2] = reinterpret_cast<Floats>(_mm256_shuffle_ps(abHigh, cdHigh, 0x44));
-  out[3] = reinterpret_cast<Floats>(_mm256_shuffle_ps(abHigh, cdHigh, 0xee));
-#else
+  alignas(32) std::int32_t at[Lanes];
+  Spill(i, at);
+  Quad rows[Lanes];
   for (int l = 0; l < Lanes; ++l)
   {
-    for (int k = 0; k < 4; ++k)
-    {
-      out[k][l] = table[4 * i[l] + k];
-    }
+    __builtin_memcpy(&rows[l], table + 4 * at[l], sizeof(Quad));
   }
-#endif
+  Transpose(rows, out);
 }
 
 inline std::int32_t AsInt(float v)
@@ -170,7 +225,7 @@ inline Floats AsFloat(Ints v)
 
 // exp(-x) for x >= 0 to two units in the last place; x is cut to 87.
 template <typename F>
-inline F ExpOfMinus(F x)
+TERAVOX_INLINE F ExpOfMinus(F x)
 {
   x = Min(x, F{} + 87.0f);
   const F n = ToFloat(Truncate(x * 1.44269504f + 0.5f));
@@ -186,7 +241,7 @@ inline F ExpOfMinus(F x)
 
 // x^power for x in (0, 1], power >= 0; 0 where x is below the least normal number.
 template <typename F>
-inline F PowerOf(F x, float power)
+TERAVOX_INLINE F PowerOf(F x, float power)
 {
   // log2 by the series of atanh around sqrt(1/2) ... sqrt(2) (as in fdlibm's e_logf.c).
   const auto bits = AsInt(x) - 0x3f3504f3;

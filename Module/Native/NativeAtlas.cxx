@@ -20,7 +20,10 @@ Result<std::unique_ptr<NativeAtlas>> NativeAtlas::Make(const AtlasPlan& plan)
   std::unique_ptr<NativeAtlas> atlas(new NativeAtlas);
   atlas->Voxels_ = LazyMemory::Make(plan.AtlasBytes + 2 * Margin);
   atlas->Cells_ = LazyMemory::Make(plan.CellBytes);
-  bool complete = atlas->Voxels_.Data() != nullptr && atlas->Cells_.Data() != nullptr;
+  atlas->Occupancy_ = LazyMemory::Make(plan.OccupancyBytes);
+  atlas->Version = LazyMemory::Make(std::uint64_t{ plan.Slots } * sizeof(std::uint32_t));
+  bool complete = atlas->Voxels_.Data() != nullptr && atlas->Cells_.Data() != nullptr &&
+    atlas->Occupancy_.Data() != nullptr && atlas->Version.Data() != nullptr;
   if (plan.SlotTableBytes != 0)
   {
     atlas->Slots = LazyMemory::Make(plan.SlotTableBytes);
@@ -40,6 +43,7 @@ void NativeAtlas::Write(std::uint32_t slot, const std::uint8_t* texels, std::siz
 {
   std::memcpy(this->Voxels_.Data() + Margin + slot * texelBytes, texels, texelBytes);
   std::memcpy(this->Cells_.Data() + slot * cellBytes, cells, cellBytes);
+  this->OccupancyVersion()[slot] = 0;
 }
 
 void NativeAtlas::WriteEntry(

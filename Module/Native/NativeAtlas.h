@@ -45,6 +45,14 @@ public:
 
   const std::uint8_t* Voxels() const { return this->Voxels_.Data() + Margin; }
   const std::uint8_t* Cells() const { return this->Cells_.Data(); }
+  std::uint64_t* Occupancy() const
+  {
+    return reinterpret_cast<std::uint64_t*>(this->Occupancy_.Data());
+  }
+  std::uint32_t* OccupancyVersion() const
+  {
+    return reinterpret_cast<std::uint32_t*>(this->Version.Data());
+  }
   /// Null where the format isn't relative to its brick.
   const float* SlotTable() const { return reinterpret_cast<const float*>(this->Slots.Data()); }
 
@@ -54,6 +62,8 @@ private:
   static constexpr std::uint64_t Margin = 64;
   LazyMemory Voxels_;
   LazyMemory Cells_;
+  LazyMemory Occupancy_;
+  LazyMemory Version;
   LazyMemory Slots;
 };
 

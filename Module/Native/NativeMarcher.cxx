@@ -17,6 +17,8 @@
 namespace teravox
 {
 
+static_assert(NativeScene::MacroEdge == MacroEdge);
+
 namespace baseline
 {
 NativeKernel Kernel();

@@ -14,11 +14,17 @@ namespace teravox
 /// of a pass; rays write their own pixels, stamps are single bytes written atomically.
 struct NativeScene
 {
+  static constexpr int MacroEdge = 4; ///< cells along each axis whose bits are one word
   const MarchParameters* Parameters = nullptr;
   const IntervalParameters* Intervals = nullptr;
 
   const std::uint8_t* Voxels = nullptr; ///< slot after slot, x fastest; readable 8 bytes around
   const std::uint8_t* Cells = nullptr;  ///< least and largest texel per cell of CellEdge^3 voxels
+  /// Per slot: one bit per cell that may be visible, MacroEdge^3 cells in a word, x fastest; valid
+  /// where the slot's version is that of the table. Filled by the first ray that comes by.
+  std::uint64_t* Occupancy = nullptr;
+  std::uint32_t* OccupancyVersion = nullptr;
+  std::uint32_t TableVersion = 1; ///< of the transfer table; not 0
   const float* SlotTable = nullptr;     ///< offset (pair), scale, unused; for relative formats
   const std::uint32_t* PageTable = nullptr; ///< entries of three words: state and slot, low, high
   const float* Integrals = nullptr;         ///< TransferTable::Integrals

@@ -262,24 +262,6 @@ TEST_P(SameBits, SkippingOff)
   }
 }
 
-// Contract 1c: no value depends on where a brick lies, nor on what holds it.
-TEST_P(SameBits, TextureAndBuffer)
-{
-  for (const int storage : { 1, 2 })
-  {
-    for (const std::uint32_t slots : { 0u, 20u })
-    {
-      const auto stage = this->MakeStage();
-      stage->Mapper->SetAtlasStorage(storage);
-      stage->Mapper->SetMaximumNumberOfSlots(slots);
-      this->ExpectSame(*stage,
-        std::string(storage == 1 ? "3-D texture, " : "buffer texture, ") + std::to_string(slots) +
-          " slots");
-      EXPECT_EQ(stage->Mapper->GetMaximumBufferTexels() > 0, storage == 2);
-    }
-  }
-}
-
 TEST_P(SameBits, CountingSamples)
 {
   this->Unlimited->Mapper->CountSamplesOn();

@@ -58,7 +58,7 @@ AtlasPlan PlanNative(
     plan.Native = true;
     const std::int64_t words = CeilDiv(CeilDiv(layout.BrickSize(), CellEdge), MacroEdge);
     plan.OccupancyBytes =
-      static_cast<std::uint64_t>(slots * (words * words * words * 8 + VersionBytes));
+      static_cast<std::uint64_t>(slots * (words * words * words * 16 + VersionBytes));
     return plan;
   };
   const auto fit = [&](std::int64_t slots)

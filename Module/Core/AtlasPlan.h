@@ -23,7 +23,7 @@ struct AtlasPlan
   std::uint32_t PageBlocks = 0; ///< blocks in the pool
   std::uint64_t AtlasBytes = 0;
   std::uint64_t CellBytes = 0; ///< ranges of the cells of each slot
-  std::uint64_t OccupancyBytes = 0; ///< native marcher: a bit per cell and a version per slot
+  std::uint64_t OccupancyBytes = 0; ///< native marcher: two bits per cell, a version per slot
   std::uint64_t DirectoryBytes = 0;
   std::uint64_t PageBlockBytes = 0;
   std::uint64_t SlotTableBytes = 0; ///< value offset and scale per slot

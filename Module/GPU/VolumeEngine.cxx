@@ -22,8 +22,8 @@ constexpr double ShortPass = 0.1;
 // How the tolerance is divided. A piece may err by its share of the opacity that it adds to the
 // picture, which sums up to at most that share, and by a little more: pieces that add next to
 // nothing needn't be cut. Termination takes its part whole.
-constexpr double PieceShare = 1.0 / 2;
-constexpr double SmallestShare = 1.0 / 64;
+constexpr double PieceShare = 2.0 / 3;
+constexpr double SmallestShare = 1.0 / 16;
 constexpr double TerminationShare = 1.0 / 4;
 
 double Now()

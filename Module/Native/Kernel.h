@@ -52,18 +52,12 @@ inline bool FindInterval(const NativeScene& scene, const Ray& ray, std::size_t p
   float& last)
 {
   const IntervalParameters& v = *scene.Intervals;
-  const auto along = [](float low, float high, float origin, float inverse, float& in, float& out)
-  {
-    const float a = (low - origin) * inverse;
-    const float b = (high - origin) * inverse;
-    in = Max(in, Min(a, b));
-    out = Min(out, Max(a, b));
-  };
-  first = v.Near;
-  last = v.Far;
-  along(v.BoxLow[0], v.BoxHigh[0], ray.Origin.X, ray.Inverse.X, first, last);
-  along(v.BoxLow[1], v.BoxHigh[1], ray.Origin.Y, ray.Inverse.Y, first, last);
-  along(v.BoxLow[2], v.BoxHigh[2], ray.Origin.Z, ray.Inverse.Z, first, last);
+  const Quad a =
+    (Quad{ v.BoxLow[0], v.BoxLow[1], v.BoxLow[2], 0.0f } - ray.Origin) * ray.Inverse;
+  const Quad b =
+    (Quad{ v.BoxHigh[0], v.BoxHigh[1], v.BoxHigh[2], 0.0f } - ray.Origin) * ray.Inverse;
+  first = Max(Largest(a < b ? a : b), v.Near);
+  last = Min(LeastOfThree(a < b ? b : a)[0], v.Far);
   if (v.HasDepth && scene.Depth[pixel] < 1.0f)
   {
     const float d = scene.Depth[pixel];
@@ -78,7 +72,7 @@ inline void IntegrateMapped(
   Context& c, State& state, const Ray& ray, BrickView view, std::uint32_t slot, float t0, float t1)
 {
   const NativeScene& scene = c.Scene;
-  if (c.P.Switches[0] != 0 && !scene.FixedStep)
+  if (!scene.FixedStep)
   {
     view.Occupancy = OccupancyOf<T>(c, view, slot);
   }
@@ -101,7 +95,7 @@ inline void IntegrateMapped(
 
 inline void Request(NativeReport& report, int level, Index brick, float weight)
 {
-  const std::uint32_t at[3] = { brick.X, brick.Y, brick.Z };
+  const std::uint32_t at[3] = { brick[0], brick[1], brick[2] };
   report.Request(report.Context, level, at, weight);
 }
 
@@ -111,13 +105,12 @@ inline bool FindAncestor(const Context& c, NativeReport& report, Found& found, i
   Index& brick, float weight)
 {
   const MarchParameters& p = c.P;
-  const UVec& factor = p.LevelFactor[static_cast<std::size_t>(level)];
-  const Index fine{ brick.X * factor[0], brick.Y * factor[1], brick.Z * factor[2] };
+  const Index fine = brick * Load(p.LevelFactor[static_cast<std::size_t>(level)]);
   const bool failed = found.Kind == FoundKind::Failed;
   for (int l = level + 1; l < static_cast<int>(p.Levels[0]); ++l)
   {
     const UVec& f = p.LevelFactor[static_cast<std::size_t>(l)];
-    const Index coarse{ fine.X / f[0], fine.Y / f[1], fine.Z / f[2] };
+    const Index coarse{ fine[0] / f[0], fine[1] / f[1], fine[2] / f[2], 0 };
     const Found at = Translate(c.Scene, c.Table, LoadLevel(p, l), coarse);
     if (at.Kind == FoundKind::Missing && failed)
     {
@@ -156,8 +149,8 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
   while (running && c.Steps < p.Limits[0])
   {
     const Index current = at.Brick;
-    const Vector exits = ExitDepths(p, ray, here, current);
-    float leave = Least(exits); // depth at which the next brick begins
+    const Quad exits = ExitDepths(p, ray, here, current);
+    float leave = LeastOfThree(exits)[0]; // depth at which the next brick begins
     const float t0 = Max(Largest(EntryDepths(p, ray, here, current)), begin);
     const float t1 = Min(leave, end);
     Found found = Translate(c.Scene, c.Table, here, current);
@@ -185,20 +178,16 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
       // The exit of the whole empty region.
       const std::uint32_t shift =
         shared::PAGE_SHIFT * static_cast<std::uint32_t>(found.Region);
-      const auto face = [&](std::uint32_t b, std::uint32_t positive, std::uint32_t bricks)
-      { return Min(((b >> shift) << shift) + (positive << shift), bricks); };
-      leave = Least(FaceDepths(p, ray, here,
-        { face(current.X, ray.Positive.X, here.Bricks.X),
-          face(current.Y, ray.Positive.Y, here.Bricks.Y),
-          face(current.Z, ray.Positive.Z, here.Bricks.Z) }));
+      const Index beyond = ((current >> shift) << shift) + (ray.Positive << shift);
+      const Index face = beyond < here.Bricks ? beyond : here.Bricks;
+      leave = LeastOfThree(FaceDepths(p, ray, here, face))[0];
       next = BrickAt(p, ray, here, leave);
     }
     else
     {
       // Below 0 becomes a large number: outside.
-      next.X += exits.X <= leave ? 2 * ray.Positive.X - 1 : 0;
-      next.Y += exits.Y <= leave ? 2 * ray.Positive.Y - 1 : 0;
-      next.Z += exits.Z <= leave ? 2 * ray.Positive.Z - 1 : 0;
+      const auto met = reinterpret_cast<Index>(exits <= Spread(leave));
+      next += WithFourth(met & (2 * ray.Positive - 1), 0);
     }
     const float before = state.Transmittance;
     if (found.Kind == FoundKind::Mapped)
@@ -228,9 +217,8 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
       state = { Quad{ shown, shown, shown, 0.0f }, 0.0f };
     }
     // The same brick only where a rounding error passed the last face of the volume.
-    const bool outside = next.X >= here.Bricks.X || next.Y >= here.Bricks.Y ||
-      next.Z >= here.Bricks.Z ||
-      (next.X == current.X && next.Y == current.Y && next.Z == current.Z);
+    const bool outside = Bits(reinterpret_cast<QuadMask>(next >= here.Bricks)) != 0 ||
+      Bits(reinterpret_cast<QuadMask>(next != current)) == 0;
     running = leave < end && !outside && !IsOver(c, state);
     at.Brick = running ? next : current;
     // The rest of the interval lies outside, too.
@@ -249,8 +237,9 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
     static_cast<std::size_t>(x);
   std::int32_t* position = scene.Position + 4 * pixel;
   float* color = scene.Color + 4 * pixel;
-  Position at{ { static_cast<std::uint32_t>(position[0]), static_cast<std::uint32_t>(position[1]),
-                 static_cast<std::uint32_t>(position[2]) },
+  Position at{ Index{ static_cast<std::uint32_t>(position[0]),
+                 static_cast<std::uint32_t>(position[1]), static_cast<std::uint32_t>(position[2]),
+                 0 },
     position[3] & 255, (position[3] >> 16) & 3 };
   if (at.Status == StatusDone)
   {
@@ -300,9 +289,9 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   color[1] = state.Color[1];
   color[2] = state.Color[2];
   color[3] = state.Transmittance;
-  position[0] = static_cast<std::int32_t>(at.Brick.X);
-  position[1] = static_cast<std::int32_t>(at.Brick.Y);
-  position[2] = static_cast<std::int32_t>(at.Brick.Z);
+  position[0] = static_cast<std::int32_t>(at.Brick[0]);
+  position[1] = static_cast<std::int32_t>(at.Brick[1]);
+  position[2] = static_cast<std::int32_t>(at.Brick[2]);
   position[3] = at.Level | at.Status << 16;
   if (at.Status != StatusDone)
   {
@@ -318,7 +307,7 @@ void MarchTile(
   // Tables of four words per node.
   const Transfer table{ scene.Integrals, reinterpret_cast<const float*>(scene.Colors),
     scene.Occupied, p.Transfer[0], p.Transfer[1], p.Transfer[2], p.Transfer[3] };
-  Context c{ scene, p, table, { 0.0f, 0.0f, 1.0f }, 0, 0, 0 };
+  Context c{ scene, p, table, Quad{ 0.0f, 0.0f, 1.0f, 0.0f }, 0, 0, 0, {} };
   for (int y = bottom; y < top; ++y)
   {
     for (int x = left; x < right; ++x)

@@ -17,14 +17,11 @@ struct Walk
 inline Walk BeginWalk(const Ray& ray, const BrickView& view, float shift, float end)
 {
   Walk w;
-  w.First = Quad{ view.Base.X - shift, view.Base.Y - shift, view.Base.Z - shift, 0.0f };
-  w.Direction = Quad{ view.Direction.X, view.Direction.Y, view.Direction.Z, 0.0f };
-  w.Inverse = Quad{ 1.0f / view.Direction.X, 1.0f / view.Direction.Y, 1.0f / view.Direction.Z,
-    FarAway };
-  w.Forward = Quad{ static_cast<float>(ray.Positive.X), static_cast<float>(ray.Positive.Y),
-    static_cast<float>(ray.Positive.Z), 1.0f };
-  w.Move = w.Forward * 2.0f - 1.0f;
-  w.Move[3] = 0.0f;
+  w.First = WithFourth(view.Base - shift, 0.0f);
+  w.Direction = WithFourth(view.Direction, 0.0f);
+  w.Inverse = WithFourth(1.0f / w.Direction, FarAway);
+  w.Forward = ToFloat(ray.Positive);
+  w.Move = WithFourth(w.Forward * 2.0f - 1.0f, 0.0f);
   w.End = end;
   return w;
 }
@@ -38,13 +35,6 @@ TERAVOX_INLINE Quad CellAt(const Walk& w, float t)
   const Quad none = {};
   return cell + ((exits <= Spread(t) ? w.Move : none) - (entries > Spread(t) ? w.Move : none));
 }
-
-// Cells one behind the other on a ray: x, y, z and the depth where each begins.
-struct Lot
-{
-  Quad Cells[Lanes];
-  int Count;
-};
 
 struct Lanes3
 {
@@ -85,48 +75,38 @@ TERAVOX_INLINE LotView View(const Walk& w, const BrickView& view, const Lot& lot
   LotView v;
   v.Begin = cell[3];
   v.End = Min(Max(leave, v.Begin), Splat(w.End));
+  for (unsigned rest = lot.Uniform; rest != 0; rest &= rest - 1)
+  {
+    const int lane = __builtin_ctz(rest);
+    v.End[lane] = lot.Stops[lane];
+  }
   v.Cell = { InSlot(cell[0], 1, view.Edge - 3), InSlot(cell[1], 1, view.Edge - 3),
     InSlot(cell[2], 1, view.Edge - 3) };
   v.Valid = FirstLanes(lot.Count);
   return v;
 }
 
-// The pieces of visible cells, one after the other. `turning`: those of `back` count, too.
+// The pieces of visible cells, one after the other. `turning`: these go on behind their turning
+// points.
 template <bool Shade>
 TERAVOX_INLINE void TakeAll(Context& c, State& state, const Segments& s, const Pieces& front,
-  const Pieces& back, Floats turn, unsigned bits, unsigned turning)
+  Floats turn, unsigned bits, unsigned turning)
 {
-  const Ints costly = (front.Error * state.Transmittance) > c.P.Step[3];
-  if (((Bits(costly) & bits) | turning) == 0)
+  // Transmittance only falls: what needn't be cut now needn't be later.
+  const unsigned costly = Bits((front.Error * state.Transmittance) > c.P.Step[3]) & bits;
+  if ((costly | turning) != 0)
   {
-    // Transmittance only falls: no piece is to be cut.
-    const float end = c.P.Step[2];
-    while (bits != 0)
-    {
-      const int lane = __builtin_ctz(bits);
-      bits &= bits - 1;
-      const float opacity = front.Color[lane][3];
-      c.Contributing += opacity > 0.0f ? 1 : 0;
-      Accumulate(state, opacity, front.Color[lane]);
-      if (state.Transmittance <= end)
-      {
-        return;
-      }
-    }
+    TakeInParts<Shade>(c, state, s, front, turn, bits, turning, costly);
     return;
   }
-  while (bits != 0)
+  const float end = c.P.Step[2];
+  for (; bits != 0; bits &= bits - 1)
   {
     const int lane = __builtin_ctz(bits);
-    bits &= bits - 1;
-    const float before = state.Transmittance;
-    Take<Shade>(c, state, s, front, lane, lane, 0.0f, turn[lane]);
-    if ((turning >> lane & 1u) != 0 && !IsOver(c, state))
-    {
-      Take<Shade>(c, state, s, back, lane, lane, turn[lane], 1.0f);
-    }
-    c.Contributing += state.Transmittance < before ? 1 : 0;
-    if (IsOver(c, state))
+    const float opacity = front.Color[lane][3];
+    c.Contributing += opacity > 0.0f ? 1 : 0;
+    Accumulate(state, opacity, front.Color[lane]);
+    if (state.Transmittance <= end)
     {
       return;
     }
@@ -191,13 +171,8 @@ __attribute__((noinline)) void IntegrateLinear(
   const Floats turn = TurningPoint(s.Field);
   const unsigned turning = Bits(turn < 1.0f) & bits;
   Pieces front;
-  Pieces back;
   Evaluate<Shade>(c, s, Floats{}, turn, front);
-  if (turning != 0)
-  {
-    Evaluate<Shade>(c, s, turn, Splat(1.0f), back);
-  }
-  TakeAll<Shade>(c, state, s, front, back, turn, bits, turning);
+  TakeAll<Shade>(c, state, s, front, turn, bits, turning);
 }
 
 // The field is constant in each voxel: one segment per voxel.
@@ -228,9 +203,10 @@ __attribute__((noinline)) void IntegrateNearest(
       const auto step = static_cast<std::ptrdiff_t>(sizeof(T)) * voxels;
       return (LoadTexel<T>(view, at, step) - LoadTexel<T>(view, at, -step)) * perVoxel;
     };
-    color = LitColor(c.P, color, difference(1, view.PerVoxelX),
-      difference(view.Edge, view.PerVoxelY), difference(view.Edge * view.Edge, view.PerVoxelZ),
-      c.TowardsLight);
+    const Normal<Floats> normal =
+      NormalOf(c.P, difference(1, view.PerVoxelX), difference(view.Edge, view.PerVoxelY),
+        difference(view.Edge * view.Edge, view.PerVoxelZ));
+    color = LitColor(c.P, color, normal, c.TowardsLight);
   }
   const Floats channels[4] = { color.Red, color.Green, color.Blue, OpacityOf(depth) };
   Quad colors[Lanes];
@@ -249,13 +225,8 @@ __attribute__((noinline)) void IntegrateNearest(
 }
 
 // Whether nothing in a cell of CELL_EDGE^3 voxels is visible under the transfer function.
-template <typename T>
-inline bool IsEmptyCell(const Context& c, const BrickView& view, const std::uint8_t* cell)
+inline bool IsEmptyCell(const Context& c, const BrickView& view, float least, float largest)
 {
-  T range[2];
-  __builtin_memcpy(range, cell, sizeof(range));
-  const auto least = static_cast<float>(range[0]);
-  const auto largest = static_cast<float>(range[1]);
   return least > largest ||
     IsEmptyBetween(c.Table, (least * view.Scale + view.Offset) * c.Table.NodesPerUnit,
       (largest * view.Scale + view.Offset) * c.Table.NodesPerUnit);
@@ -269,7 +240,7 @@ inline const std::uint64_t* OccupancyOf(const Context& c, const BrickView& view,
   const NativeScene& scene = c.Scene;
   const auto cells = static_cast<std::size_t>(view.CellsAlong);
   const auto macros = static_cast<std::size_t>(view.MacrosAlong);
-  std::uint64_t* words = scene.Occupancy + slot * macros * macros * macros;
+  std::uint64_t* words = scene.Occupancy + slot * macros * macros * macros * 2;
   std::uint32_t* version = scene.OccupancyVersion + slot;
   if (__atomic_load_n(version, __ATOMIC_ACQUIRE) == scene.TableVersion)
   {
@@ -282,19 +253,27 @@ inline const std::uint64_t* OccupancyOf(const Context& c, const BrickView& view,
     const std::size_t x = m % macros * edge;
     const std::size_t y = m / macros % macros * edge;
     const std::size_t z = m / (macros * macros) * edge;
-    std::uint64_t word = 0;
+    std::uint64_t occupied = 0;
+    std::uint64_t uniform = 0;
     for (std::size_t i = 0; i < edge * edge * edge; ++i)
     {
       const std::size_t cx = x + i % edge;
       const std::size_t cy = y + i / edge % edge;
       const std::size_t cz = z + i / (edge * edge);
-      if (cx < cells && cy < cells && cz < cells &&
-        !IsEmptyCell<T>(c, view, ranges + (cx + cells * (cy + cells * cz)) * 2 * sizeof(T)))
+      if (cx >= cells || cy >= cells || cz >= cells)
       {
-        word |= std::uint64_t{ 1 } << i;
+        continue;
       }
+      T range[2];
+      __builtin_memcpy(
+        range, ranges + (cx + cells * (cy + cells * cz)) * sizeof(range), sizeof(range));
+      const auto least = static_cast<float>(range[0]);
+      const auto largest = static_cast<float>(range[1]);
+      occupied |= std::uint64_t{ IsEmptyCell(c, view, least, largest) ? 0u : 1u } << i;
+      uniform |= std::uint64_t{ least == largest ? 1u : 0u } << i;
     }
-    __atomic_store_n(words + m, word, __ATOMIC_RELAXED);
+    __atomic_store_n(words + 2 * m, occupied, __ATOMIC_RELAXED);
+    __atomic_store_n(words + 2 * m + 1, uniform, __ATOMIC_RELAXED);
   }
   __atomic_store_n(version, scene.TableVersion, __ATOMIC_RELEASE);
   return words;
@@ -310,7 +289,12 @@ void IntegrateBrick(
   const Quad last = Spread(static_cast<float>(view.CellsAlong - 1));
   const Quad none = {};
   const std::int32_t macros = view.MacrosAlong;
-  Lot lot{};
+  const bool skip = c.P.Switches[0] != 0;
+  // A gradient reaches further than the values of a cell.
+  constexpr bool uniformToo = !Shade;
+  Lot& lot = c.Cells;
+  lot.Count = 0;
+  lot.Uniform = 0;
   const auto integrate = [&]
   {
     if constexpr (Nearest)
@@ -322,6 +306,7 @@ void IntegrateBrick(
       IntegrateLinear<T, Shade>(c, state, ray, view, w, lot);
     }
     lot.Count = 0;
+    lot.Uniform = 0;
   };
   // The first cell of CELL_EDGE^3 voxels begins half a voxel before the brick.
   const auto macroOf = [&](Quad voxelCell)
@@ -343,45 +328,65 @@ void IntegrateBrick(
     const Quad exits = (facesAhead(at, edge) - w.First) * w.Inverse;
     Quad next = LeastOfThree(exits);
     float stop = Min(Max(next[0], t), t1);
-    if (view.Occupancy != nullptr)
+    const auto x = static_cast<std::int32_t>(at[0]);
+    const auto y = static_cast<std::int32_t>(at[1]);
+    const auto z = static_cast<std::int32_t>(at[2]);
+    const std::uint64_t* words =
+      view.Occupancy + 2 * ((x >> 2) + macros * ((y >> 2) + macros * (z >> 2)));
+    const std::uint64_t word = __atomic_load_n(words, __ATOMIC_RELAXED);
+    const int bit = (x & 3) | (y & 3) << 2 | (z & 3) << 4;
+    if (skip && word == 0)
     {
-      const auto x = static_cast<std::int32_t>(at[0]);
-      const auto y = static_cast<std::int32_t>(at[1]);
-      const auto z = static_cast<std::int32_t>(at[2]);
-      const std::uint64_t word = __atomic_load_n(
-        view.Occupancy + (x >> 2) + macros * ((y >> 2) + macros * (z >> 2)), __ATOMIC_RELAXED);
-      if (word == 0)
+      // All of its MacroEdge^3 cells at once.
+      const Quad first = Floor(at * (1.0f / macroEdge)) * macroEdge;
+      const Quad far = (facesAhead(first, edge * macroEdge) - w.First) * w.Inverse;
+      t = Max(LeastOfThree(far)[0], t);
+      if (t < t1)
       {
-        // All of its MacroEdge^3 cells at once.
-        const Quad first = Floor(at * (1.0f / macroEdge)) * macroEdge;
-        const Quad far = (facesAhead(first, edge * macroEdge) - w.First) * w.Inverse;
-        t = Max(LeastOfThree(far)[0], t);
-        if (t < t1)
+        cell = CellAt(w, t);
+        known = true;
+        const Quad before = at;
+        at = macroOf(cell);
+        if (Bits(at != before) == 0)
         {
-          cell = CellAt(w, t);
-          known = true;
-          const Quad before = at;
-          at = macroOf(cell);
-          if (Bits(at != before) == 0)
-          {
-            break; // beyond the last face, by a rounding error
-          }
+          break; // beyond the last face, by a rounding error
         }
-        c.Steps += 1;
-        continue;
       }
-      if ((word >> ((x & 3) | (y & 3) << 2 | (z & 3) << 4) & 1u) == 0)
+      c.Steps += 1;
+      continue;
+    }
+    const bool occupied = !skip || (word >> bit & 1u) != 0;
+    const bool uniform = uniformToo && occupied &&
+      (__atomic_load_n(words + 1, __ATOMIC_RELAXED) >> bit & 1u) != 0;
+    if (uniform && stop > t)
+    {
+      // The field has one value there: one piece.
+      Quad entry = known ? cell : CellAt(w, t);
+      entry[3] = t;
+      lot.Cells[lot.Count] = entry;
+      lot.Stops[lot.Count] = stop;
+      lot.Uniform |= 1u << lot.Count;
+      ++lot.Count;
+      if (lot.Count == Lanes)
       {
-        t = stop;
-        known = false;
-        at += exits <= next ? w.Move : none;
-        if (Bits((at < none) | (at > last)) != 0)
+        integrate();
+        if (IsOver(c, state))
         {
-          break; // likewise
+          return;
         }
-        c.Steps += 1;
-        continue;
       }
+    }
+    if (!occupied || uniform)
+    {
+      t = stop;
+      known = false;
+      at += exits <= next ? w.Move : none;
+      if (Bits((at < none) | (at > last)) != 0)
+      {
+        break; // likewise
+      }
+      c.Steps += 1;
+      continue;
     }
     // Voxel cell after voxel cell up to its end.
     if (!known)
@@ -393,9 +398,7 @@ void IntegrateBrick(
     {
       const Quad ahead = (cell + w.Forward - w.First) * w.Inverse;
       const Quad leave = LeastOfThree(ahead);
-      Quad entry = cell;
-      entry[3] = t;
-      lot.Cells[lot.Count] = entry;
+      lot.Cells[lot.Count] = WithFourth(cell, t);
       const float begin = t;
       t = Min(Max(leave[0], begin), t1);
       lot.Count += t > begin ? 1 : 0;

@@ -9,10 +9,10 @@ constexpr float Border = 2.0f;
 // Base + t * Direction.
 struct BrickView
 {
-  Vector Base;
-  Vector Direction;
+  Quad Base;
+  Quad Direction;
   const std::uint8_t* Voxels;
-  const std::uint64_t* Occupancy; // null where nothing is to be skipped
+  const std::uint64_t* Occupancy;
   std::int32_t Edge;       // stored voxels along each axis
   std::int32_t CellsAlong;  // along each axis
   std::int32_t MacrosAlong; // words of bits along each axis
@@ -30,17 +30,9 @@ inline BrickView ViewBrick(const NativeScene& scene, const Transfer& transfer, c
   const UVec& factor = p.LevelFactor[static_cast<std::size_t>(level)];
   const std::uint32_t size = p.Dimensions[3];
   BrickView view;
-  const auto along = [&](std::uint32_t b, std::size_t a, float origin, float direction, float& base,
-                       float& perDepth)
-  {
-    const float f = 1.0f / static_cast<float>(factor[a]); // exact for powers of two
-    const float face = Anchored(b * size * factor[a], p.Dimensions[a], p.Anchor[a]);
-    base = (origin - face) * f + Border;
-    perDepth = direction * f;
-  };
-  along(brick.X, 0, ray.Origin.X, ray.Direction.X, view.Base.X, view.Direction.X);
-  along(brick.Y, 1, ray.Origin.Y, ray.Direction.Y, view.Base.Y, view.Direction.Y);
-  along(brick.Z, 2, ray.Origin.Z, ray.Direction.Z, view.Base.Z, view.Direction.Z);
+  const Quad f = 1.0f / ToFloat(Load(factor)); // exact for powers of two
+  view.Base = (ray.Origin - Anchored(p, brick * size * Load(factor))) * f + Border;
+  view.Direction = ray.Direction * f;
   const std::size_t edge = p.Atlas[3];
   const std::size_t cells = (size + shared::CELL_EDGE - 1) / shared::CELL_EDGE;
   view.Edge = static_cast<std::int32_t>(edge);

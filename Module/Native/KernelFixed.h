@@ -75,8 +75,9 @@ void IntegrateFixed(
       FieldAt<T>(c, view, w, begin + length * gathered, at, within);
       const Vectors nowhere{ Floats{}, Floats{}, Floats{} };
       const Gradient g = LoadGradient<T>(view, at, LoadCorners<T>(view, at), within, nowhere);
-      color = LitColor(c.P, color, g.X.A * view.PerVoxelX, g.Y.A * view.PerVoxelY,
-        g.Z.A * view.PerVoxelZ, c.TowardsLight);
+      const Normal<Floats> normal = NormalOf(
+        c.P, g.X.A * view.PerVoxelX, g.Y.A * view.PerVoxelY, g.Z.A * view.PerVoxelZ);
+      color = LitColor(c.P, color, normal, c.TowardsLight);
     }
     for (int l = 0; l < count; ++l)
     {

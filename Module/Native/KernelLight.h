@@ -3,29 +3,41 @@
 // Phong shading as Shaders/Library/Shade.glsl does it, for one lane or eight.
 
 // Unit vector from where the ray begins in the volume to the eye, in dataset space.
-inline Vector TowardsLight(const MarchParameters& p, const Ray& ray, float begin)
+inline Quad TowardsLight(const MarchParameters& p, const Ray& ray, float begin)
 {
-  const Vector v{ p.Eye[0] - (ray.Origin.X + begin * ray.Direction.X),
-    p.Eye[1] - (ray.Origin.Y + begin * ray.Direction.Y),
-    p.Eye[2] - (ray.Origin.Z + begin * ray.Direction.Z) };
-  const Vector d{ Dot(p.Dataset[0], v), Dot(p.Dataset[1], v), Dot(p.Dataset[2], v) };
-  const float length = SquareRoot((d.X * d.X + d.Y * d.Y) + d.Z * d.Z);
-  return { d.X / length, d.Y / length, d.Z / length };
+  const Quad v = Load(p.Eye) - (ray.Origin + begin * ray.Direction);
+  const Quad d{ Dot(p.Dataset[0], v), Dot(p.Dataset[1], v), Dot(p.Dataset[2], v), 0.0f };
+  return d / SquareRoot((d[0] * d[0] + d[1] * d[1]) + d[2] * d[2]);
 }
 
-// The colour lit at a place with this central difference per axis, in voxels of level 0. As in VTK,
-// it is clamped before it is weighted with the opacity.
+// A unit vector, or 0 where there is no direction.
 template <typename F>
-TERAVOX_INLINE Color<F> LitColor(
-  const MarchParameters& p, const Color<F>& color, F x, F y, F z, const Vector& towardsLight)
+struct Normal
+{
+  F X;
+  F Y;
+  F Z;
+};
+
+// In dataset space, from the central difference per axis in voxels of level 0.
+template <typename F>
+TERAVOX_INLINE Normal<F> NormalOf(const MarchParameters& p, F x, F y, F z)
 {
   const F gx = (x * p.Normal[0][0] + y * p.Normal[0][1]) + z * p.Normal[0][2];
   const F gy = (x * p.Normal[1][0] + y * p.Normal[1][1]) + z * p.Normal[1][2];
   const F gz = (x * p.Normal[2][0] + y * p.Normal[2][1]) + z * p.Normal[2][2];
-  const F zero = F{};
   const F magnitude = SquareRoot((gx * gx + gy * gy) + gz * gz);
-  const F inverse = Select(magnitude > zero, 1.0f / magnitude, zero);
-  F cosine = ((gx * towardsLight.X + gy * towardsLight.Y) + gz * towardsLight.Z) * inverse;
+  const F inverse = Select(magnitude > F{}, 1.0f / magnitude, F{});
+  return { gx * inverse, gy * inverse, gz * inverse };
+}
+
+// The colour lit from one side. As in VTK, it is clamped before it is weighted with the opacity.
+template <typename F>
+TERAVOX_INLINE Color<F> LitColor(
+  const MarchParameters& p, const Color<F>& color, const Normal<F>& n, Quad towardsLight)
+{
+  const F zero = F{};
+  F cosine = (n.X * towardsLight[0] + n.Y * towardsLight[1]) + n.Z * towardsLight[2];
   cosine = Min(p.LightDiffuse[3] != 0.0f ? Abs(cosine) : Max(cosine, zero), zero + 1.0f);
   const F diffuse = cosine * p.Material[1];
   F specular = zero;

@@ -11,6 +11,9 @@ constexpr float OpaquePlace = 0.35f;
 // Share of the change of light, and of its deviation from a linear change, taken as its error.
 constexpr float LightWeight = 0.06f;
 constexpr float LightBendWeight = 0.5f;
+// Of the square of 1 - the cosine between the normals at the ends: between such ends light may do
+// anything.
+constexpr float NormalWeight = 0.3f;
 // Share of the deviation of colours at the ends from a linear change that is taken as an error, and
 // of the bend of the field.
 constexpr float KinkWeight = 0.25f;
@@ -23,16 +26,26 @@ struct State
   float Transmittance;
 };
 
-// What doesn't change along a ray.
+// Cells one behind the other on a ray: x, y, z and the depth where each begins.
+struct Lot
+{
+  Quad Cells[Lanes];
+  float Stops[Lanes]; // where they end, of those in Uniform
+  unsigned Uniform;   // one bit per cell that goes on through others of the same value
+  int Count;
+};
+
+// What doesn't change along a ray, and what is used anew.
 struct Context
 {
   const NativeScene& Scene;
   const MarchParameters& P;
   Transfer Table;
-  Vector TowardsLight;
+  Quad TowardsLight;
   std::uint32_t Steps;        // of this pass
   std::uint64_t Samples;      // cells or segments looked at
   std::uint64_t Contributing; // of them
+  Lot Cells;
 };
 
 inline bool IsOver(const Context& c, const State& s)
@@ -101,19 +114,9 @@ TERAVOX_INLINE Extinction MeanExtinction(
   return e;
 }
 
-template <bool Shade>
-TERAVOX_INLINE Color<Floats> LightAt(
-  const Context& c, const Segments& s, const Color<Floats>& color, Floats u)
+TERAVOX_INLINE Normal<Floats> NormalAt(const Context& c, const Segments& s, Floats u)
 {
-  if constexpr (Shade)
-  {
-    return LitColor(c.P, color, Along(s.Light.X, u), Along(s.Light.Y, u), Along(s.Light.Z, u),
-      c.TowardsLight);
-  }
-  else
-  {
-    return color;
-  }
+  return NormalOf(c.P, Along(s.Light.X, u), Along(s.Light.Y, u), Along(s.Light.Z, u));
 }
 
 // The parts from `from` to `to` (in 0..1) of eight segments.
@@ -152,11 +155,19 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
   Floats shift;
   if constexpr (Shade)
   {
-    const Color<Floats> litA = LightAt<Shade>(c, s, colorA, from);
-    const Color<Floats> litB = LightAt<Shade>(c, s, colorB, to);
-    color = LightAt<Shade>(c, s, color, from + size * gathered);
+    const Normal<Floats> normalA = NormalAt(c, s, from);
+    const Normal<Floats> normalB = NormalAt(c, s, to);
+    const Color<Floats> litA = LitColor(c.P, colorA, normalA, c.TowardsLight);
+    const Color<Floats> litB = LitColor(c.P, colorB, normalB, c.TowardsLight);
+    color = LitColor(c.P, color, NormalAt(c, s, from + size * gathered), c.TowardsLight);
+    // Where there is none at one end, as where values saturate, it usually has one direction still.
+    const Ints both = (Abs(normalA.X) + Abs(normalA.Y) + Abs(normalA.Z) > 0.0f) &
+      (Abs(normalB.X) + Abs(normalB.Y) + Abs(normalB.Z) > 0.0f);
+    const Floats turned = Select(both,
+      one - ((normalA.X * normalB.X + normalA.Y * normalB.Y) + normalA.Z * normalB.Z), Floats{});
     shift = Difference(litA, litB) * (LightWeight + place) +
-      Difference(color, Mix(litA, litB, gathered)) * LightBendWeight;
+      Difference(color, Mix(litA, litB, gathered)) * LightBendWeight +
+      NormalWeight * turned * turned;
   }
   else
   {
@@ -170,51 +181,202 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
   out.Error = error;
 }
 
-inline Cubic Spread(const Cubic& c, int lane)
+// Segments one by one, to be put together anew.
+template <bool Shade>
+struct Rows
 {
-  return { Splat(c.A[lane]), Splat(c.B[lane]), Splat(c.C[lane]), Splat(c.D[lane]) };
+  Quad Field[Lanes];
+  Quad Light[Shade ? 3 : 1][Lanes];
+  float Length[Lanes];
+};
+
+TERAVOX_INLINE void ToRows(const Cubic& c, Quad (&rows)[Lanes])
+{
+  const Floats columns[4] = { c.A, c.B, c.C, c.D };
+  Transpose(columns, rows);
+}
+TERAVOX_INLINE Cubic FromRows(const Quad (&rows)[Lanes], const int (&lanes)[Lanes])
+{
+  const Quad chosen[Lanes] = { rows[lanes[0]], rows[lanes[1]], rows[lanes[2]], rows[lanes[3]],
+    rows[lanes[4]], rows[lanes[5]], rows[lanes[6]], rows[lanes[7]] };
+  Floats columns[4];
+  Transpose(chosen, columns);
+  return { columns[0], columns[1], columns[2], columns[3] };
 }
 
 template <bool Shade>
-inline void Take(Context& c, State& state, const Segments& s, const Pieces& pieces, int lane,
-  int segment, float from, float to);
-
-// A part of one segment in eight pieces.
-template <bool Shade>
-__attribute__((noinline)) void Refine(
-  Context& c, State& state, const Segments& whole, int lane, float from, float to)
+TERAVOX_INLINE Rows<Shade> RowsOf(const Segments& s)
 {
-  Segments s;
-  s.Field = Spread(whole.Field, lane);
+  Rows<Shade> rows;
+  ToRows(s.Field, rows.Field);
   if constexpr (Shade)
   {
-    s.Light = { Spread(whole.Light.X, lane), Spread(whole.Light.Y, lane),
-      Spread(whole.Light.Z, lane) };
+    ToRows(s.Light.X, rows.Light[0]);
+    ToRows(s.Light.Y, rows.Light[1]);
+    ToRows(s.Light.Z, rows.Light[2]);
   }
-  s.Length = Splat(whole.Length[lane]);
+  __builtin_memcpy(rows.Length, &s.Length, sizeof(rows.Length));
+  return rows;
+}
+
+template <bool Shade>
+TERAVOX_INLINE Segments Choose(const Rows<Shade>& rows, const int (&lanes)[Lanes])
+{
+  Segments s;
+  s.Field = FromRows(rows.Field, lanes);
+  if constexpr (Shade)
+  {
+    s.Light = { FromRows(rows.Light[0], lanes), FromRows(rows.Light[1], lanes),
+      FromRows(rows.Light[2], lanes) };
+  }
+  for (int l = 0; l < Lanes; ++l)
+  {
+    s.Length[l] = rows.Length[lanes[l]];
+  }
+  return s;
+}
+
+// Accepts a piece or cuts it into eight, and so on.
+template <bool Shade>
+void Take(Context& c, State& state, const Rows<Shade>& rows, int segment, const Pieces& pieces,
+  int lane, float from, float to);
+
+template <bool Shade>
+__attribute__((noinline)) void Refine(
+  Context& c, State& state, const Rows<Shade>& rows, int segment, float from, float to)
+{
+  const int lanes[Lanes] = { segment, segment, segment, segment, segment, segment, segment,
+    segment };
   const Floats eighths = { 0.0f, 0.125f, 0.25f, 0.375f, 0.5f, 0.625f, 0.75f, 0.875f };
   const Floats begin = from + (to - from) * eighths;
   const Floats end = from + (to - from) * (eighths + 0.125f);
   Pieces pieces;
-  Evaluate<Shade>(c, s, begin, end, pieces);
+  Evaluate<Shade>(c, Choose<Shade>(rows, lanes), begin, end, pieces);
   c.Steps += 4;
   for (int i = 0; i < Lanes && !IsOver(c, state); ++i)
   {
-    Take<Shade>(c, state, s, pieces, i, i, begin[i], end[i]);
+    Take<Shade>(c, state, rows, segment, pieces, i, begin[i], end[i]);
   }
 }
 
-// Accepts a piece or cuts it.
 template <bool Shade>
-inline void Take(Context& c, State& state, const Segments& s, const Pieces& pieces, int lane,
-  int segment, float from, float to)
+void Take(Context& c, State& state, const Rows<Shade>& rows, int segment, const Pieces& pieces,
+  int lane, float from, float to)
 {
   if (state.Transmittance * pieces.Error[lane] > c.P.Step[3] && to - from > SmallestPiece)
   {
-    Refine<Shade>(c, state, s, segment, from, to);
+    Refine<Shade>(c, state, rows, segment, from, to);
     return;
   }
   Accumulate(state, pieces.Color[lane][3], pieces.Color[lane]);
+}
+
+// Parts of segments in the order of the ray, evaluated eight at a time when the ray gets there.
+template <bool Shade>
+struct Queue
+{
+  const Rows<Shade>& Source;
+  int Lane[Lanes * (Lanes + 1)];
+  float From[Lanes * (Lanes + 1)];
+  float To[Lanes * (Lanes + 1)];
+  int Count = 0;
+  int Evaluated = 0;
+  Pieces Results;
+
+  explicit Queue(const Rows<Shade>& source)
+    : Source(source)
+  {
+  }
+  void Push(int lane, float from, float to)
+  {
+    this->Lane[this->Count] = lane;
+    this->From[this->Count] = from;
+    this->To[this->Count] = to;
+    ++this->Count;
+  }
+  void TakeAt(Context& c, State& state, int i)
+  {
+    if (i >= this->Evaluated)
+    {
+      int lanes[Lanes];
+      Floats from;
+      Floats to;
+      this->Evaluated = i;
+      for (int l = 0; l < Lanes; ++l)
+      {
+        const int e = Min(i + l, this->Count - 1);
+        lanes[l] = this->Lane[e];
+        from[l] = this->From[e];
+        to[l] = this->To[e];
+      }
+      this->Evaluated += Lanes;
+      Evaluate<Shade>(c, Choose<Shade>(this->Source, lanes), from, to, this->Results);
+      c.Steps += 4;
+    }
+    Take<Shade>(c, state, this->Source, this->Lane[i], this->Results, i + Lanes - this->Evaluated,
+      this->From[i], this->To[i]);
+  }
+};
+
+// The pieces of segments that some have to be cut, or that turn and go on behind their turning
+// points. How many parts a piece gets depends on itself alone, that it gets them on what the ray
+// has left.
+template <bool Shade>
+__attribute__((noinline)) void TakeInParts(Context& c, State& state, const Segments& s,
+  const Pieces& front, Floats turn, unsigned bits, unsigned turning, unsigned costly)
+{
+  const Rows<Shade> rows = RowsOf<Shade>(s);
+  Queue<Shade> queue(rows);
+  int first[Lanes];
+  int parts[Lanes];
+  for (unsigned rest = bits; rest != 0; rest &= rest - 1)
+  {
+    const int lane = __builtin_ctz(rest);
+    first[lane] = queue.Count;
+    parts[lane] = 0;
+    if ((costly >> lane & 1u) != 0)
+    {
+      // A cubic's part of half the length errs an eighth.
+      const float error = front.Error[lane];
+      const int n = error < 8.0f * c.P.Step[3] ? 2 : error < 64.0f * c.P.Step[3] ? 4 : 8;
+      parts[lane] = n;
+      const float step = turn[lane] / static_cast<float>(n);
+      for (int i = 0; i < n; ++i)
+      {
+        queue.Push(lane, static_cast<float>(i) * step,
+          i + 1 == n ? turn[lane] : static_cast<float>(i + 1) * step);
+      }
+    }
+    if ((turning >> lane & 1u) != 0)
+    {
+      queue.Push(lane, turn[lane], 1.0f);
+    }
+  }
+  for (; bits != 0; bits &= bits - 1)
+  {
+    const int lane = __builtin_ctz(bits);
+    const float before = state.Transmittance;
+    if (parts[lane] != 0 && before * front.Error[lane] > c.P.Step[3])
+    {
+      for (int i = 0; i < parts[lane] && !IsOver(c, state); ++i)
+      {
+        queue.TakeAt(c, state, first[lane] + i);
+      }
+    }
+    else
+    {
+      Accumulate(state, front.Color[lane][3], front.Color[lane]);
+    }
+    if ((turning >> lane & 1u) != 0 && !IsOver(c, state))
+    {
+      queue.TakeAt(c, state, first[lane] + parts[lane]);
+    }
+    c.Contributing += state.Transmittance < before ? 1 : 0;
+    if (IsOver(c, state))
+    {
+      return;
+    }
+  }
 }
 
 // Where in (0, 1) a cubic turns, to a thousandth or so; 1 for nowhere. One that turns twice inside
@@ -241,7 +403,7 @@ inline void IntegrateConstant(Context& c, State& state, const Ray& ray, float po
   Color<float> color = TransferColor(c.Table, position);
   if (c.Scene.Shade)
   {
-    color = LitColor(c.P, color, 0.0f, 0.0f, 0.0f, c.TowardsLight);
+    color = LitColor(c.P, color, Normal<float>{ 0.0f, 0.0f, 0.0f }, c.TowardsLight);
   }
   Accumulate(state, OpacityOf(depth), Quad{ color.Red, color.Green, color.Blue, 0.0f });
   c.Steps += 1;

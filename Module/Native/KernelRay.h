@@ -5,75 +5,68 @@
 
 constexpr float FarAway = 3.0e38f;
 
-struct Vector
+TERAVOX_INLINE float Dot(const Vec& a, Quad b)
 {
-  float X;
-  float Y;
-  float Z;
-};
-struct Index
+  return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
+}
+TERAVOX_INLINE Quad Load(const Vec& v)
 {
-  std::uint32_t X;
-  std::uint32_t Y;
-  std::uint32_t Z;
-};
+  Quad r;
+  __builtin_memcpy(&r, v.data(), sizeof(r));
+  return r;
+}
+TERAVOX_INLINE Index Load(const UVec& v)
+{
+  Index r;
+  __builtin_memcpy(&r, v.data(), sizeof(r));
+  return r;
+}
 
-inline float Least(const Vector& v)
-{
-  return Min(v.X, Min(v.Y, v.Z));
-}
-inline float Largest(const Vector& v)
-{
-  return Max(v.X, Max(v.Y, v.Z));
-}
-inline float Dot(const Vec& a, const Vector& b)
-{
-  return (a[0] * b.X + a[1] * b.Y) + a[2] * b.Z;
-}
+// The fourth lanes are such that nothing is ever met there.
 struct Ray
 {
-  Vector Origin;    // anchored corner coordinates of level 0 at depth 0
-  Vector Direction; // voxels of level 0 per unit of depth; no component is 0
-  Vector Inverse;
+  Quad Origin;    // anchored corner coordinates of level 0 at depth 0
+  Quad Direction; // voxels of level 0 per unit of depth; no component is 0
+  Quad Inverse;
   Index Positive; // 1 where the direction is > 0
   float World;    // world length per unit of depth
 };
 
-inline Vector AtPixel(const std::array<Vec, 3>& v, float x, float y)
+TERAVOX_INLINE Quad AtPixel(const std::array<Vec, 3>& v, float x, float y)
 {
-  return { (v[0][0] + x * v[1][0]) + y * v[2][0], (v[0][1] + x * v[1][1]) + y * v[2][1],
-    (v[0][2] + x * v[1][2]) + y * v[2][2] };
+  return (Load(v[0]) + x * Load(v[1])) + y * Load(v[2]);
 }
 
 inline Ray MakeRay(const MarchParameters& p, float x, float y)
 {
   Ray ray;
-  ray.Origin = AtPixel(p.RayOrigin, x, y);
-  Vector d = AtPixel(p.RayDirection, x, y);
-  const Vector w = AtPixel(p.RayWorld, x, y);
+  ray.Origin = WithFourth(AtPixel(p.RayOrigin, x, y), 0.0f);
+  const Quad none = {};
+  Quad d = WithFourth(AtPixel(p.RayDirection, x, y), 0.0f);
+  const Quad w = AtPixel(p.RayWorld, x, y);
   // A component that is 0 never meets a face; a tiny one meets it very far away.
-  const float tiny = 1.0e-12f * Max(Abs(d.X), Max(Abs(d.Y), Abs(d.Z)));
-  d.X = Abs(d.X) < tiny ? tiny : d.X;
-  d.Y = Abs(d.Y) < tiny ? tiny : d.Y;
-  d.Z = Abs(d.Z) < tiny ? tiny : d.Z;
-  ray.Direction = d;
-  ray.Inverse = { 1.0f / d.X, 1.0f / d.Y, 1.0f / d.Z };
-  ray.Positive = { d.X > 0 ? 1u : 0u, d.Y > 0 ? 1u : 0u, d.Z > 0 ? 1u : 0u };
-  ray.World = SquareRoot((w.X * w.X + w.Y * w.Y) + w.Z * w.Z);
+  const Quad size = d < none ? -d : d;
+  const float tiny = 1.0e-12f * Largest(size);
+  d = size < Spread(tiny) ? Spread(tiny) : d;
+  ray.Inverse = WithFourth(1.0f / d, FarAway);
+  ray.Positive = WithFourth(reinterpret_cast<Index>((d > none) & 1), 1);
+  ray.Direction = WithFourth(d, 0.0f);
+  ray.World = SquareRoot((w[0] * w[0] + w[1] * w[1]) + w[2] * w[2]);
   return ray;
 }
 
 // A face of level 0 relative to the anchor; exact as long as |difference| < 2^24, else rounded
 // monotonically.
-inline float Anchored(std::uint32_t face, std::uint32_t size, std::uint32_t anchor)
+TERAVOX_INLINE Quad Anchored(const MarchParameters& p, Index face)
 {
-  return static_cast<float>(static_cast<std::int32_t>(Min(face, size) - anchor));
+  const Index size = Load(p.Dimensions);
+  return ToFloat((face < size ? face : size) - Load(p.Anchor));
 }
 
 struct Level
 {
-  Index Edge;   // of a brick, in voxels of level 0
-  Index Bricks; // along each axis
+  Index Edge;         // of a brick, in voxels of level 0
+  Index Bricks;       // along each axis
   std::uint32_t Base; // in the page directory
   float Begin;        // depths
   float End;
@@ -82,36 +75,33 @@ struct Level
 inline Level LoadLevel(const MarchParameters& p, int level)
 {
   const auto l = static_cast<std::size_t>(level);
-  const UVec& factor = p.LevelFactor[l];
-  const std::uint32_t size = p.Dimensions[3];
   Level r;
-  r.Edge = { size * factor[0], size * factor[1], size * factor[2] };
-  r.Bricks = { p.LevelBricks[l][0], p.LevelBricks[l][1], p.LevelBricks[l][2] };
-  r.Base = factor[3];
+  // One brick of no extent in the fourth lane.
+  r.Edge = WithFourth(p.Dimensions[3] * Load(p.LevelFactor[l]), 1);
+  r.Bricks = WithFourth(Load(p.LevelBricks[l]), 1);
+  r.Base = p.LevelFactor[l][3];
   r.Begin = level > static_cast<int>(p.Levels[1]) ? p.LevelStart[l][0] : -FarAway;
   r.End = level < static_cast<int>(p.Levels[2]) ? p.LevelStart[l + 1][0] : FarAway;
   return r;
 }
 
-// Depths at which the ray crosses the faces with these brick indices of a level.
-inline Vector FaceDepths(const MarchParameters& p, const Ray& ray, const Level& level, Index index)
+// Depths at which the ray crosses the faces with these brick indices of a level; far away in the
+// fourth lane, if its index is not 0.
+TERAVOX_INLINE Quad FaceDepths(
+  const MarchParameters& p, const Ray& ray, const Level& level, Index index)
 {
-  const UVec& n = p.Dimensions;
-  return { (Anchored(index.X * level.Edge.X, n[0], p.Anchor[0]) - ray.Origin.X) * ray.Inverse.X,
-    (Anchored(index.Y * level.Edge.Y, n[1], p.Anchor[1]) - ray.Origin.Y) * ray.Inverse.Y,
-    (Anchored(index.Z * level.Edge.Z, n[2], p.Anchor[2]) - ray.Origin.Z) * ray.Inverse.Z };
+  return (Anchored(p, index * level.Edge) - ray.Origin) * ray.Inverse;
 }
 
-inline Vector EntryDepths(const MarchParameters& p, const Ray& ray, const Level& level, Index b)
+TERAVOX_INLINE Quad EntryDepths(
+  const MarchParameters& p, const Ray& ray, const Level& level, Index b)
 {
-  return FaceDepths(p, ray, level,
-    { b.X + 1 - ray.Positive.X, b.Y + 1 - ray.Positive.Y, b.Z + 1 - ray.Positive.Z });
+  return FaceDepths(p, ray, level, b + 1 - ray.Positive);
 }
 
-inline Vector ExitDepths(const MarchParameters& p, const Ray& ray, const Level& level, Index b)
+TERAVOX_INLINE Quad ExitDepths(const MarchParameters& p, const Ray& ray, const Level& level, Index b)
 {
-  return FaceDepths(
-    p, ray, level, { b.X + ray.Positive.X, b.Y + ray.Positive.Y, b.Z + ray.Positive.Z });
+  return FaceDepths(p, ray, level, b + ray.Positive);
 }
 
 // lambda: the level at a depth.
@@ -131,36 +121,34 @@ inline int LevelAt(const MarchParameters& p, float t)
 // changes nothing.
 inline Index BrickAt(const MarchParameters& p, const Ray& ray, const Level& level, float t)
 {
-  const auto along = [&](float origin, float direction, float inverse, std::uint32_t positive,
-                       std::uint32_t edge, std::uint32_t bricks, std::size_t a)
+  const Index anchor = Load(p.Anchor);
+  const Index last = Load(p.Dimensions) - 1;
+  const Quad low = -ToFloat(anchor);
+  const Quad high = ToFloat(last - anchor);
+  Quad at = ray.Origin + t * ray.Direction;
+  at = at < low ? low : at > high ? high : at;
+  Index voxel =
+    anchor + reinterpret_cast<Index>(__builtin_convertvector(Floor(at), QuadMask));
+  voxel = voxel < last ? voxel : last;
+  const Index end = level.Bricks - 1;
+  Index b = { voxel[0] / level.Edge[0], voxel[1] / level.Edge[1], voxel[2] / level.Edge[2], 0 };
+  b = b < end ? b : end;
+  const Index forward = 2 * ray.Positive - 1; // 1 or -1
+  for (int i = 0; i < 4; ++i)
   {
-    const std::uint32_t size = p.Dimensions[a];
-    const std::uint32_t anchor = p.Anchor[a];
-    const float at = origin + t * direction;
-    const float low = -static_cast<float>(anchor);
-    const float high = static_cast<float>(size - 1 - anchor);
-    const std::uint32_t voxel =
-      anchor + static_cast<std::uint32_t>(Floor(Min(Max(at, low), high)));
-    std::uint32_t b = Min(Min(voxel, size - 1) / edge, bricks - 1);
-    for (int i = 0; i < 4; ++i)
+    const auto passed = reinterpret_cast<Index>(ExitDepths(p, ray, level, b) <= Spread(t));
+    const auto ahead = reinterpret_cast<Index>(EntryDepths(p, ray, level, b) > Spread(t));
+    // Masks are -1: forward where the exit has been passed, back where the entry is ahead.
+    const Index next = b + WithFourth(forward * (ahead - passed), 0);
+    // Not beyond the level: below 0 is a large number.
+    const Index inside = next <= end ? next : b;
+    if (Bits(reinterpret_cast<QuadMask>(inside != b)) == 0)
     {
-      const float exit = (Anchored((b + positive) * edge, size, anchor) - origin) * inverse;
-      const float entry = (Anchored((b + 1 - positive) * edge, size, anchor) - origin) * inverse;
-      const int move = ((exit <= t ? 1 : 0) - (entry > t ? 1 : 0)) * (positive != 0 ? 1 : -1);
-      if (move == 0 || (move < 0 && b == 0) || (move > 0 && b == bricks - 1))
-      {
-        break;
-      }
-      b = move > 0 ? b + 1 : b - 1;
+      break;
     }
-    return b;
-  };
-  return { along(ray.Origin.X, ray.Direction.X, ray.Inverse.X, ray.Positive.X, level.Edge.X,
-             level.Bricks.X, 0),
-    along(ray.Origin.Y, ray.Direction.Y, ray.Inverse.Y, ray.Positive.Y, level.Edge.Y,
-      level.Bricks.Y, 1),
-    along(ray.Origin.Z, ray.Direction.Z, ray.Inverse.Z, ray.Positive.Z, level.Edge.Z,
-      level.Bricks.Z, 2) };
+    b = inside;
+  }
+  return b;
 }
 
 enum class FoundKind
@@ -197,10 +185,10 @@ inline Found Translate(const NativeScene& scene, const Transfer& transfer, const
   Found found;
   const auto depth = static_cast<int>(p.Levels[3]);
   const std::uint32_t shift = shared::PAGE_SHIFT * static_cast<std::uint32_t>(depth);
-  const std::uint32_t columns = shared::PagesAlong(level.Bricks.X, p.Levels[3]);
-  const std::uint32_t rows = shared::PagesAlong(level.Bricks.Y, p.Levels[3]);
-  std::size_t entry = level.Base + (brick.X >> shift) +
-    std::size_t{ columns } * ((brick.Y >> shift) + std::size_t{ rows } * (brick.Z >> shift));
+  const std::uint32_t columns = shared::PagesAlong(level.Bricks[0], p.Levels[3]);
+  const std::uint32_t rows = shared::PagesAlong(level.Bricks[1], p.Levels[3]);
+  std::size_t entry = level.Base + (brick[0] >> shift) +
+    std::size_t{ columns } * ((brick[1] >> shift) + std::size_t{ rows } * (brick[2] >> shift));
   for (int k = depth; k >= 0; --k)
   {
     const std::uint32_t* words = scene.PageTable + 3 * entry;
@@ -238,7 +226,7 @@ inline Found Translate(const NativeScene& scene, const Transfer& transfer, const
     Stamp(scene.UsedBlocks, found.Slot);
     const std::uint32_t down = shared::PAGE_SHIFT * static_cast<std::uint32_t>(k - 1);
     entry = p.LevelBricks[0][3] + std::size_t{ found.Slot } * shared::PAGE_BLOCK_ENTRIES +
-      shared::IndexInBlock(brick.X >> down, brick.Y >> down, brick.Z >> down);
+      shared::IndexInBlock(brick[0] >> down, brick[1] >> down, brick[2] >> down);
   }
   found.Kind = FoundKind::Mapped;
   Stamp(scene.UsedSlots, found.Slot);

@@ -11,6 +11,8 @@ using Ints = std::int32_t __attribute__((vector_size(4 * Lanes)));
 // x, y, z and something else.
 using Quad = float __attribute__((vector_size(16)));
 using QuadMask = std::int32_t __attribute__((vector_size(16)));
+// Of bricks or voxels of a level: x, y, z and 0.
+using Index = std::uint32_t __attribute__((vector_size(16)));
 
 #define TERAVOX_INLINE inline __attribute__((always_inline))
 
@@ -77,6 +79,31 @@ TERAVOX_INLINE Quad Floor(Quad v)
 TERAVOX_INLINE Quad Spread(float v)
 {
   return v - Quad{};
+}
+// The same with another fourth lane. (An assignment to the lane goes through memory.)
+TERAVOX_INLINE Quad WithFourth(Quad v, float fourth)
+{
+  const QuadMask three = { -1, -1, -1, 0 };
+  return three ? v : Spread(fourth);
+}
+TERAVOX_INLINE Index WithFourth(Index v, std::uint32_t fourth)
+{
+  const Index three = { ~0u, ~0u, ~0u, 0u };
+  const Index last = { 0u, 0u, 0u, fourth };
+  return (v & three) | last;
+}
+TERAVOX_INLINE Index Spread(std::uint32_t v)
+{
+  return v - Index{};
+}
+// For |v| < 2^31.
+TERAVOX_INLINE Quad ToFloat(Index v)
+{
+  return __builtin_convertvector(reinterpret_cast<QuadMask>(v), Quad);
+}
+TERAVOX_INLINE float Largest(Quad v)
+{
+  return Max(v[0], Max(v[1], v[2]));
 }
 // The least of x, y and z, in each of them.
 TERAVOX_INLINE Quad LeastOfThree(Quad v)

@@ -96,7 +96,7 @@ struct RenderOptions
   std::uint64_t HostMemory = 0; ///< 0: the mapper's default
   double Tolerance = 1.0 / 255.0;
   std::string Marcher = "automatic"; ///< or gpu, native
-  std::string Stats; ///< JSON file to write
+  std::string Stats;                 ///< JSON file to write
   bool Quiet = false;
 };
 Status RunRender(const RenderOptions& options);

@@ -151,10 +151,9 @@ void SetUpMapper(const RenderOptions& options, vtkOutOfCoreVolumeMapper* mapper)
     mapper->SetHostMemoryBudget(options.HostMemory);
   }
   mapper->SetImageErrorTolerance(options.Tolerance);
-  mapper->SetMarcher(options.Marcher == "gpu"
-      ? vtkOutOfCoreVolumeMapper::MARCHER_GPU
-      : options.Marcher == "native" ? vtkOutOfCoreVolumeMapper::MARCHER_NATIVE
-                                    : vtkOutOfCoreVolumeMapper::MARCHER_AUTOMATIC);
+  mapper->SetMarcher(options.Marcher == "gpu" ? vtkOutOfCoreVolumeMapper::MARCHER_GPU
+      : options.Marcher == "native"           ? vtkOutOfCoreVolumeMapper::MARCHER_NATIVE
+                                              : vtkOutOfCoreVolumeMapper::MARCHER_AUTOMATIC);
 }
 
 double SmallestSpacing(vtkBrickSourceAlgorithm* source)

@@ -22,7 +22,7 @@ struct AtlasPlan
   std::uint32_t Slots = 0;      ///< at most SlotsPerAxis[0]*[1]*[2]
   std::uint32_t PageBlocks = 0; ///< blocks in the pool
   std::uint64_t AtlasBytes = 0;
-  std::uint64_t CellBytes = 0; ///< ranges of the cells of each slot
+  std::uint64_t CellBytes = 0;      ///< ranges of the cells of each slot
   std::uint64_t OccupancyBytes = 0; ///< native marcher: two bits per cell, a version per slot
   std::uint64_t DirectoryBytes = 0;
   std::uint64_t PageBlockBytes = 0;
@@ -60,9 +60,9 @@ struct AtlasRequest
   static AtlasRequest For(const TexelFormat& format, int components, int width, int height);
 };
 
-/// Ray states of a picture, per pixel: colour, position and intervals (16 bytes each), depth (4); or
-/// for the native marcher colour, position, depth, and colour and depth once more where OpenGL has
-/// them.
+/// Ray states of a picture, per pixel: colour, position and intervals (16 bytes each), depth (4);
+/// or for the native marcher colour, position, depth, and colour and depth once more where OpenGL
+/// has them.
 inline constexpr std::uint64_t RayStateBytesPerPixel = 56;
 /// Ray states, tile list and stamps of a picture. Edges in pixels.
 std::uint64_t PictureBytes(int width, int height);

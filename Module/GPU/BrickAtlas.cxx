@@ -62,8 +62,8 @@ void BrickAtlas::Upload(std::uint32_t slot, const Brick& brick)
   this->BytesUploaded_ += texels.Bytes.size() + texels.Cells.size();
   if (this->Native_)
   {
-    this->Native_->Write(slot, texels.Bytes.data(), texels.Bytes.size(), texels.Cells.data(),
-      texels.Cells.size());
+    this->Native_->Write(
+      slot, texels.Bytes.data(), texels.Bytes.size(), texels.Cells.data(), texels.Cells.size());
     if (this->Plan_.SlotTableBytes != 0)
     {
       this->Native_->WriteEntry(slot, texels.OffsetHigh, texels.OffsetLow, texels.Scale);

@@ -15,9 +15,9 @@ namespace teravox
 {
 
 /// The copy of what is resident that a marcher reads: the atlas of slots, the page table (directory
-/// and pool of blocks in one buffer) and the table of slots; on the GPU, or in the memory of the host
-/// where the plan is for the native marcher. State of one context.
-/// Thread: used by the render thread only, with the context current.
+/// and pool of blocks in one buffer) and the table of slots; on the GPU, or in the memory of the
+/// host where the plan is for the native marcher. State of one context. Thread: used by the render
+/// thread only, with the context current.
 class BrickAtlas
 {
 public:

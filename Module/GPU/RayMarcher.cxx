@@ -229,7 +229,8 @@ PassResult RayMarcher::DrawNativePass(ViewState& view, const BrickAtlas& atlas,
   scene.Shade = variant.Shade;
   scene.Interactive = variant.Interactive;
   scene.ShowLevel = variant.ShowLevel;
-  return this->Native.DrawPass(scene, atlas.Plan().Slots, atlas.Plan().PageBlocks, view.ActiveTiles);
+  return this->Native.DrawPass(
+    scene, atlas.Plan().Slots, atlas.Plan().PageBlocks, view.ActiveTiles);
 }
 
 Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas,

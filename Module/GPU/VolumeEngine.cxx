@@ -280,8 +280,7 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
     static_cast<std::uint32_t>(n[2]),
     static_cast<std::uint32_t>(this->Source_->Info().Layout.StoredSize()) };
   parameters.Value = { static_cast<float>(this->Plan_.Native ? format.NativeScale() : format.Scale),
-    static_cast<float>(format.Offset), 0.0f,
-    0.0f };
+    static_cast<float>(format.Offset), 0.0f, 0.0f };
   const auto low = static_cast<float>(this->Transfer.Low);
   parameters.Transfer = { low, static_cast<float>(this->Transfer.Low - static_cast<double>(low)),
     static_cast<float>(this->Transfer.NodesPerUnit), static_cast<float>(this->Transfer.Nodes) };
@@ -374,7 +373,8 @@ Status VolumeEngine::RunPasses(
     }
     variant.Substitute = !variant.Interactive && this->Table->NumberOfFailed() > 0;
     const double start = Now();
-    Result<PassResult> pass = this->Marcher->DrawPass(view, *this->Atlas, *this->Table, parameters, variant);
+    Result<PassResult> pass =
+      this->Marcher->DrawPass(view, *this->Atlas, *this->Table, parameters, variant);
     if (!pass)
     {
       return pass.GetStatus();

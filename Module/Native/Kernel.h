@@ -23,21 +23,14 @@ namespace
 using Vec = MarchParameters::Vec;
 using UVec = MarchParameters::UVec;
 constexpr int MacroEdge = NativeScene::MacroEdge;
-#include "KernelVector.h"
-
-#include "KernelTransfer.h"
-
-#include "KernelRay.h"
-
-#include "KernelCells.h"
-
-#include "KernelLight.h"
-
-#include "KernelPieces.h"
-
 #include "KernelBrick.h"
-
+#include "KernelCells.h"
 #include "KernelFixed.h"
+#include "KernelLight.h"
+#include "KernelPieces.h"
+#include "KernelRay.h"
+#include "KernelTransfer.h"
+#include "KernelVector.h"
 
 enum Status : std::int32_t
 {
@@ -48,12 +41,11 @@ enum Status : std::int32_t
 };
 
 // The interval of view depth from the box, the near plane and opaque depth (Intervals.frag).
-inline bool FindInterval(const NativeScene& scene, const Ray& ray, std::size_t pixel, float& first,
-  float& last)
+inline bool FindInterval(
+  const NativeScene& scene, const Ray& ray, std::size_t pixel, float& first, float& last)
 {
   const IntervalParameters& v = *scene.Intervals;
-  const Quad a =
-    (Quad{ v.BoxLow[0], v.BoxLow[1], v.BoxLow[2], 0.0f } - ray.Origin) * ray.Inverse;
+  const Quad a = (Quad{ v.BoxLow[0], v.BoxLow[1], v.BoxLow[2], 0.0f } - ray.Origin) * ray.Inverse;
   const Quad b =
     (Quad{ v.BoxHigh[0], v.BoxHigh[1], v.BoxHigh[2], 0.0f } - ray.Origin) * ray.Inverse;
   first = Max(Largest(a < b ? a : b), v.Near);
@@ -61,8 +53,8 @@ inline bool FindInterval(const NativeScene& scene, const Ray& ray, std::size_t p
   if (v.HasDepth && scene.Depth[pixel] < 1.0f)
   {
     const float d = scene.Depth[pixel];
-    last = Min(last,
-      (v.DepthToView[0] + v.DepthToView[1] * d) / (v.DepthToView[2] + v.DepthToView[3] * d));
+    last = Min(
+      last, (v.DepthToView[0] + v.DepthToView[1] * d) / (v.DepthToView[2] + v.DepthToView[3] * d));
   }
   return first < last;
 }
@@ -101,8 +93,8 @@ inline void Request(NativeReport& report, int level, Index brick, float weight)
 
 // The finest ancestor that can be drawn instead of a brick: resident (interactive), or readable (a
 // failed brick: requested and waited for). Returns false if the ray has to wait.
-inline bool FindAncestor(const Context& c, NativeReport& report, Found& found, int& level,
-  Index& brick, float weight)
+inline bool FindAncestor(
+  const Context& c, NativeReport& report, Found& found, int& level, Index& brick, float weight)
 {
   const MarchParameters& p = c.P;
   const Index fine = brick * Load(p.LevelFactor[static_cast<std::size_t>(level)]);
@@ -141,8 +133,8 @@ struct Position
 };
 
 // The bricks of one level within an interval, from `begin` on. Returns whether the ray waits.
-inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray& ray,
-  Position& at, const Level& here, float begin, float& end, bool& finished)
+inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray& ray, Position& at,
+  const Level& here, float begin, float& end, bool& finished)
 {
   const MarchParameters& p = c.P;
   bool running = begin < end;
@@ -176,8 +168,7 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
     if (found.Kind == FoundKind::Empty && found.Region > 0)
     {
       // The exit of the whole empty region.
-      const std::uint32_t shift =
-        shared::PAGE_SHIFT * static_cast<std::uint32_t>(found.Region);
+      const std::uint32_t shift = shared::PAGE_SHIFT * static_cast<std::uint32_t>(found.Region);
       const Index beyond = ((current >> shift) << shift) + (ray.Positive << shift);
       const Index face = beyond < here.Bricks ? beyond : here.Bricks;
       leave = LeastOfThree(FaceDepths(p, ray, here, face))[0];

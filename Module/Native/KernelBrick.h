@@ -69,8 +69,7 @@ TERAVOX_INLINE LotView View(const Walk& w, const BrickView& view, const Lot& lot
 {
   Floats cell[4];
   Transpose(lot.Cells, cell);
-  const auto exit = [&](int a)
-  { return (cell[a] + w.Forward[a] - w.First[a]) * w.Inverse[a]; };
+  const auto exit = [&](int a) { return (cell[a] + w.Forward[a] - w.First[a]) * w.Inverse[a]; };
   const Floats leave = Min(exit(0), Min(exit(1), exit(2)));
   LotView v;
   v.Begin = cell[3];
@@ -120,8 +119,7 @@ __attribute__((noinline)) void IntegrateLinear(
   c.Steps += static_cast<std::uint32_t>(lot.Count);
   c.Samples += static_cast<std::uint64_t>(lot.Count);
   const LotView v = View(walk, view, lot);
-  const Offsets at =
-    OffsetsOf<T>(v.Cell.X + view.Edge * (v.Cell.Y + view.Edge * v.Cell.Z));
+  const Offsets at = OffsetsOf<T>(v.Cell.X + view.Edge * (v.Cell.Y + view.Edge * v.Cell.Z));
   const Corners k = LoadCorners<T>(view, at);
   Floats least = k.V[0];
   Floats largest = k.V[0];
@@ -139,8 +137,8 @@ __attribute__((noinline)) void IntegrateLinear(
   if constexpr (sizeof(T) == 4)
   {
     // One voxel without a value, and there is none in between.
-    const Floats sum = ((k.V[0] + k.V[1]) + (k.V[2] + k.V[3])) +
-      ((k.V[4] + k.V[5]) + (k.V[6] + k.V[7]));
+    const Floats sum =
+      ((k.V[0] + k.V[1]) + (k.V[2] + k.V[3])) + ((k.V[4] + k.V[5]) + (k.V[6] + k.V[7]));
     visible &= sum == sum;
   }
   const unsigned bits = Bits(visible);
@@ -163,8 +161,9 @@ __attribute__((noinline)) void IntegrateLinear(
   if constexpr (Shade)
   {
     s.Light = LoadGradient<T>(view, at, k, w, d);
-    const auto scale = [](const Cubic& g, float f) -> Cubic
-    { return { g.A * f, g.B * f, g.C * f, g.D * f }; };
+    const auto scale = [](const Cubic& g, float f) -> Cubic {
+      return { g.A * f, g.B * f, g.C * f, g.D * f };
+    };
     s.Light = { scale(s.Light.X, view.PerVoxelX), scale(s.Light.Y, view.PerVoxelY),
       scale(s.Light.Z, view.PerVoxelZ) };
   }
@@ -183,8 +182,7 @@ __attribute__((noinline)) void IntegrateNearest(
   c.Steps += static_cast<std::uint32_t>(lot.Count);
   c.Samples += static_cast<std::uint64_t>(lot.Count);
   const LotView v = View(walk, view, lot);
-  const Offsets at =
-    OffsetsOf<T>(v.Cell.X + view.Edge * (v.Cell.Y + view.Edge * v.Cell.Z));
+  const Offsets at = OffsetsOf<T>(v.Cell.X + view.Edge * (v.Cell.Y + view.Edge * v.Cell.Z));
   const Floats texel = LoadTexel<T>(view, at, 0);
   const Floats node = (texel * view.Scale + view.Offset) * c.Table.NodesPerUnit;
   const Floats length = (v.End - v.Begin) * ray.World;
@@ -203,9 +201,8 @@ __attribute__((noinline)) void IntegrateNearest(
       const auto step = static_cast<std::ptrdiff_t>(sizeof(T)) * voxels;
       return (LoadTexel<T>(view, at, step) - LoadTexel<T>(view, at, -step)) * perVoxel;
     };
-    const Normal<Floats> normal =
-      NormalOf(c.P, difference(1, view.PerVoxelX), difference(view.Edge, view.PerVoxelY),
-        difference(view.Edge * view.Edge, view.PerVoxelZ));
+    const Normal<Floats> normal = NormalOf(c.P, difference(1, view.PerVoxelX),
+      difference(view.Edge, view.PerVoxelY), difference(view.Edge * view.Edge, view.PerVoxelZ));
     color = LitColor(c.P, color, normal, c.TowardsLight);
   }
   const Floats channels[4] = { color.Red, color.Green, color.Blue, OpacityOf(depth) };
@@ -356,8 +353,8 @@ void IntegrateBrick(
       continue;
     }
     const bool occupied = !skip || (word >> bit & 1u) != 0;
-    const bool uniform = uniformToo && occupied &&
-      (__atomic_load_n(words + 1, __ATOMIC_RELAXED) >> bit & 1u) != 0;
+    const bool uniform =
+      uniformToo && occupied && (__atomic_load_n(words + 1, __ATOMIC_RELAXED) >> bit & 1u) != 0;
     if (uniform && stop > t)
     {
       // The field has one value there: one piece.

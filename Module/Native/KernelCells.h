@@ -13,7 +13,7 @@ struct BrickView
   Quad Direction;
   const std::uint8_t* Voxels;
   const std::uint64_t* Occupancy;
-  std::int32_t Edge;       // stored voxels along each axis
+  std::int32_t Edge;        // stored voxels along each axis
   std::int32_t CellsAlong;  // along each axis
   std::int32_t MacrosAlong; // words of bits along each axis
   float Scale; // data value above the transfer function's lower end = Scale * texel + Offset
@@ -98,8 +98,8 @@ TERAVOX_INLINE void LoadPairs(const std::uint8_t* voxels, const Offsets& at, std
     for (int l = 0; l < Lanes; ++l)
     {
       const std::uint8_t* p = voxels + at.V[l];
-      rows[l] = reinterpret_cast<Quad>(QuadMask{
-        WordAt(p), WordAt(p + row), WordAt(p + slice), WordAt(p + slice + row) });
+      rows[l] = reinterpret_cast<Quad>(
+        QuadMask{ WordAt(p), WordAt(p + row), WordAt(p + slice), WordAt(p + slice + row) });
     }
     Floats words[4];
     Transpose(rows, words);
@@ -183,8 +183,7 @@ TERAVOX_INLINE Corners LoadCorners(const BrickView& view, const Offsets& at)
   Floats first[4];
   Floats second[4];
   LoadPairs<T>(view.Voxels, at, row, row * view.Edge, first, second);
-  return { { first[0], second[0], first[1], second[1], first[2], second[2], first[3],
-    second[3] } };
+  return { { first[0], second[0], first[1], second[1], first[2], second[2], first[3], second[3] } };
 }
 
 template <typename T>

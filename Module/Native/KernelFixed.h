@@ -60,23 +60,20 @@ void IntegrateFixed(
     __builtin_memcpy(&begin, begins, sizeof(begin));
     __builtin_memcpy(&end, ends, sizeof(end));
     const Floats length = end - begin;
-    const Sample<Floats> a =
-      SampleTransfer(c.Table, FieldAt<T>(c, view, w, begin, at, within));
-    const Sample<Floats> b =
-      SampleTransfer(c.Table, FieldAt<T>(c, view, w, end, at, within));
+    const Sample<Floats> a = SampleTransfer(c.Table, FieldAt<T>(c, view, w, begin, at, within));
+    const Sample<Floats> b = SampleTransfer(c.Table, FieldAt<T>(c, view, w, end, at, within));
     Floats depth = MeanExtinction(a, b, Floats{}, Floats{}).Mean * (length * ray.World);
     depth = Select((a.X == a.X) & (b.X == b.X), depth, Floats{});
     const Floats opacity = OpacityOf(depth);
     const Floats gathered = CentroidOf(a.S, b.S, depth, opacity);
-    Color<Floats> color =
-      Mix(TransferColor(c.Table, a.X), TransferColor(c.Table, b.X), gathered);
+    Color<Floats> color = Mix(TransferColor(c.Table, a.X), TransferColor(c.Table, b.X), gathered);
     if constexpr (Shade)
     {
       FieldAt<T>(c, view, w, begin + length * gathered, at, within);
       const Vectors nowhere{ Floats{}, Floats{}, Floats{} };
       const Gradient g = LoadGradient<T>(view, at, LoadCorners<T>(view, at), within, nowhere);
-      const Normal<Floats> normal = NormalOf(
-        c.P, g.X.A * view.PerVoxelX, g.Y.A * view.PerVoxelY, g.Z.A * view.PerVoxelZ);
+      const Normal<Floats> normal =
+        NormalOf(c.P, g.X.A * view.PerVoxelX, g.Y.A * view.PerVoxelY, g.Z.A * view.PerVoxelZ);
       color = LitColor(c.P, color, normal, c.TowardsLight);
     }
     for (int l = 0; l < count; ++l)

@@ -47,8 +47,8 @@ TERAVOX_INLINE Color<F> LitColor(
   }
   const auto lit = [&](F c, std::size_t channel)
   {
-    const F v = c * (p.Material[0] + diffuse * p.LightDiffuse[channel]) +
-      specular * p.LightSpecular[channel];
+    const F v =
+      c * (p.Material[0] + diffuse * p.LightDiffuse[channel]) + specular * p.LightSpecular[channel];
     return Min(Max(v, zero), zero + 1.0f);
   };
   return { lit(color.Red, 0), lit(color.Green, 1), lit(color.Blue, 2) };

@@ -19,7 +19,8 @@ constexpr float NormalWeight = 0.3f;
 constexpr float KinkWeight = 0.25f;
 constexpr float BendWeight = 0.1f;
 
-// What a ray has gathered, front to back: the colour (red, green, blue and a rest) is premultiplied.
+// What a ray has gathered, front to back: the colour (red, green, blue and a rest) is
+// premultiplied.
 struct State
 {
   Quad Color;
@@ -62,7 +63,7 @@ TERAVOX_INLINE void Accumulate(State& s, float opacity, Quad color)
 // Eight cells or parts of them.
 struct Segments
 {
-  Cubic Field; // in nodes of the transfer table
+  Cubic Field;    // in nodes of the transfer table
   Gradient Light; // in data per voxel of level 0; of shaded pictures only
   Floats Length;  // world units
 };
@@ -80,8 +81,8 @@ struct Extinction
   Floats Mean;
   Floats Uneven; // |mean - half of the sum of the ends|, without the field's bend
   Floats Change; // how much the mean may be off
-  Floats Off;    // how far the cubic is from the line between its ends, as a share of their distance
-  Floats Ahead;  // how far its mean is ahead of theirs, likewise
+  Floats Off;   // how far the cubic is from the line between its ends, as a share of their distance
+  Floats Ahead; // how far its mean is ahead of theirs, likewise
 };
 
 // Mean extinction between two samples of a cubic, `bend` twice the largest second derivative of
@@ -108,9 +109,7 @@ TERAVOX_INLINE Extinction MeanExtinction(
   e.Off = Min(one, off / Max(distance, Splat(1.0e-3f)));
   e.Ahead = Select(wide, excess * inverse, Floats{});
   const Floats variation = Max(Abs(a.Slope - slope), Abs(b.Slope - slope));
-  e.Change = Min(0.67f * variation * off +
-      4.0f * e.Uneven * e.Off,
-    a.S + b.S + 2.0f * chord);
+  e.Change = Min(0.67f * variation * off + 4.0f * e.Uneven * e.Off, a.S + b.S + 2.0f * chord);
   return e;
 }
 
@@ -174,8 +173,8 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
     shift = Difference(colorA, colorB) * (place + BendWeight * e.Off);
   }
   shift = shift + KinkWeight * kink;
-  const Floats error = Min(e.Change * length, one) * (1.0f - opacity) +
-    opacity * (Min(shift, one) - c.P.Step[1]);
+  const Floats error =
+    Min(e.Change * length, one) * (1.0f - opacity) + opacity * (Min(shift, one) - c.P.Step[1]);
   const Floats colors[4] = { color.Red, color.Green, color.Blue, opacity };
   Transpose(colors, out.Color);
   out.Error = error;
@@ -395,11 +394,10 @@ TERAVOX_INLINE Floats TurningPoint(const Cubic& c)
 }
 
 // One segment of one value, without light from a side.
-inline void IntegrateConstant(Context& c, State& state, const Ray& ray, float position, float t0,
-  float t1)
+inline void IntegrateConstant(
+  Context& c, State& state, const Ray& ray, float position, float t0, float t1)
 {
-  const float depth =
-    SampleTransfer(c.Table, position).S * (Max(t1 - t0, 0.0f) * ray.World);
+  const float depth = SampleTransfer(c.Table, position).S * (Max(t1 - t0, 0.0f) * ray.World);
   Color<float> color = TransferColor(c.Table, position);
   if (c.Scene.Shade)
   {

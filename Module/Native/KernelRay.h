@@ -99,7 +99,8 @@ TERAVOX_INLINE Quad EntryDepths(
   return FaceDepths(p, ray, level, b + 1 - ray.Positive);
 }
 
-TERAVOX_INLINE Quad ExitDepths(const MarchParameters& p, const Ray& ray, const Level& level, Index b)
+TERAVOX_INLINE Quad ExitDepths(
+  const MarchParameters& p, const Ray& ray, const Level& level, Index b)
 {
   return FaceDepths(p, ray, level, b + ray.Positive);
 }
@@ -127,8 +128,7 @@ inline Index BrickAt(const MarchParameters& p, const Ray& ray, const Level& leve
   const Quad high = ToFloat(last - anchor);
   Quad at = ray.Origin + t * ray.Direction;
   at = at < low ? low : at > high ? high : at;
-  Index voxel =
-    anchor + reinterpret_cast<Index>(__builtin_convertvector(Floor(at), QuadMask));
+  Index voxel = anchor + reinterpret_cast<Index>(__builtin_convertvector(Floor(at), QuadMask));
   voxel = voxel < last ? voxel : last;
   const Index end = level.Bricks - 1;
   Index b = { voxel[0] / level.Edge[0], voxel[1] / level.Edge[1], voxel[2] / level.Edge[2], 0 };
@@ -178,8 +178,8 @@ inline void Stamp(std::uint8_t* stamps, std::uint32_t at)
   }
 }
 
-inline Found Translate(const NativeScene& scene, const Transfer& transfer, const Level& level,
-  Index brick)
+inline Found Translate(
+  const NativeScene& scene, const Transfer& transfer, const Level& level, Index brick)
 {
   const MarchParameters& p = *scene.Parameters;
   Found found;

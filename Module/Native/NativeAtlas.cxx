@@ -46,8 +46,7 @@ void NativeAtlas::Write(std::uint32_t slot, const std::uint8_t* texels, std::siz
   this->OccupancyVersion()[slot] = 0;
 }
 
-void NativeAtlas::WriteEntry(
-  std::uint32_t slot, float offsetHigh, float offsetLow, float scale)
+void NativeAtlas::WriteEntry(std::uint32_t slot, float offsetHigh, float offsetLow, float scale)
 {
   float* entry = reinterpret_cast<float*>(this->Slots.Data()) + std::size_t{ slot } * 4;
   entry[0] = offsetHigh;

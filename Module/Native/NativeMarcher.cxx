@@ -5,11 +5,10 @@
 #include "AtlasPlan.h"
 #include "SharedLayout.h"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <omp.h>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
@@ -113,8 +112,8 @@ NativeMarcher::NativeMarcher()
 {
 }
 
-PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots,
-  std::uint32_t pageBlocks, std::vector<std::uint32_t>& tiles)
+PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::uint32_t pageBlocks,
+  std::vector<std::uint32_t>& tiles)
 {
   this->UsedSlots.assign(slots, 0);
   this->UsedBlocks.assign(pageBlocks, 0);
@@ -136,8 +135,8 @@ PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots,
       const int y = static_cast<int>(tiles[i] >> 16) * edge;
       reports[i].Request = &Requests::Add;
       reports[i].Context = &mine;
-      this->Kernel(scene, x, y, std::min(x + edge, scene.Width), std::min(y + edge, scene.Height),
-        reports[i]);
+      this->Kernel(
+        scene, x, y, std::min(x + edge, scene.Width), std::min(y + edge, scene.Height), reports[i]);
     }
 #pragma omp critical(TeravoxRequests)
     {

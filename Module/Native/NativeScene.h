@@ -20,12 +20,13 @@ struct NativeScene
 
   const std::uint8_t* Voxels = nullptr; ///< slot after slot, x fastest; readable 8 bytes around
   const std::uint8_t* Cells = nullptr;  ///< least and largest texel per cell of CellEdge^3 voxels
-  /// Per slot and MacroEdge^3 cells, x fastest, a word with one bit per cell that may be visible and
-  /// one with a bit per cell of one value; valid where the slot's version is that of the table. Filled by the first ray that comes by.
+  /// Per slot and MacroEdge^3 cells, x fastest, a word with one bit per cell that may be visible
+  /// and one with a bit per cell of one value; valid where the slot's version is that of the table.
+  /// Filled by the first ray that comes by.
   std::uint64_t* Occupancy = nullptr;
   std::uint32_t* OccupancyVersion = nullptr;
-  std::uint32_t TableVersion = 1; ///< of the transfer table; not 0
-  const float* SlotTable = nullptr;     ///< offset (pair), scale, unused; for relative formats
+  std::uint32_t TableVersion = 1;           ///< of the transfer table; not 0
+  const float* SlotTable = nullptr;         ///< offset (pair), scale, unused; for relative formats
   const std::uint32_t* PageTable = nullptr; ///< entries of three words: state and slot, low, high
   const float* Integrals = nullptr;         ///< TransferTable::Integrals
   const std::uint32_t* Colors = nullptr;    ///< TransferTable::Colors

@@ -13,6 +13,15 @@ const float OPAQUE_PLACE = 0.35;
 const float LIGHT_WEIGHT = 0.06;
 const float LIGHT_BEND_WEIGHT = 0.5;
 
+// Of the square of 1 - the cosine between the normals at the ends: between such ends light may do
+// anything.
+const float NORMAL_WEIGHT = 0.3;
+
+// Share of the deviation of colours at the ends from a linear change that is taken as an error, and
+// of the bend of the field.
+const float KINK_WEIGHT = 0.25;
+const float BEND_WEIGHT = 0.1;
+
 // Where in (0, 1) the cubic turns, to a thousandth or so; 2 for nowhere. A cubic that turns twice
 // inside hardly bends; what it does is part of the error of its pieces.
 float TurningPoint(vec4 c)
@@ -38,8 +47,6 @@ void IntegrateCell(
   cubic *= u_transfer.z;
   float length_ = (walk.t - visited.begin) * ray.world;
   float turn = TurningPoint(cubic);
-  // Twice the largest second derivative.
-  float bend = max(abs(cubic.z), abs(cubic.z + 3.0 * cubic.w));
 #if TERAVOX_SHADE
   Gradient gradient = GradientAlong(view, ivec3(visited.cell), visited.corners, w0, dw);
   float scale = view.scale;
@@ -48,9 +55,10 @@ void IntegrateCell(
   float u = 0.0;
   float size = 1.0;
   Sample a = SampleTransfer(cubic.x);
-  vec3 colorA = TransferColor(cubic.x);
+  vec3 slopeA;
+  vec3 colorA = TransferColor(cubic.x, slopeA);
 #if TERAVOX_SHADE
-  Light lightA = Shade(Along(gradient, 0.0) * perVoxel, state.towardsLight);
+  vec3 normalA = NormalOf(Along(gradient, 0.0) * perVoxel);
 #endif
   bool contributes = false;
   for (int i = 0; i < 512; ++i)
@@ -63,34 +71,51 @@ void IntegrateCell(
     to = turn > u && turn < to ? turn : to;
     precise float x = Along(cubic, to);
     Sample b = SampleTransfer(x);
-    float mean = MeanExtinction(a, b);
-    precise float pieceLength = (to - u) * length_;
+    float size_ = to - u;
+    // Half of the second derivatives at both ends; the mean of the cubic above that of its ends.
+    float bendA = cubic.z + 3.0 * cubic.w * u;
+    float bendB = cubic.z + 3.0 * cubic.w * to;
+    float excess = (-1.0 / 6.0) * (bendA + 1.5 * cubic.w * size_) * size_ * size_;
+    float off = 0.25 * max(abs(bendA), abs(bendB)) * size_ * size_;
+    float chord = MeanExtinction(a, b);
+    float dx = x - a.x;
+    bool wide = abs(dx) >= 0.015625;
+    float slope = wide ? (b.s - a.s) / dx : 0.5 * (a.slope + b.slope);
+    // The mean of the cubic is known: only what the function bends is an error.
+    precise float mean = max(chord + slope * excess, 0.0);
+    precise float pieceLength = size_ * length_;
     precise float depth = mean * pieceLength;
     float opacity = OpacityOf(depth);
-    vec3 colorB = TransferColor(x);
+    vec3 slopeB;
+    vec3 colorB = TransferColor(x, slopeB);
     float gathered = CentroidOf(a.s, b.s, depth, opacity);
-    vec3 color = mix(colorA, colorB, gathered);
-    // How far the field is from the line between its ends; what that does to the optical depth.
-    float off = bend * (to - u) * (to - u) * 0.25;
-    float dx = abs(x - a.x);
-    float rise = abs(b.s - a.s);
-    float uneven = abs(mean - 0.5 * (a.s + b.s));
-    float slope = max(max(abs(a.slope), abs(b.slope)), rise / max(dx, 1.0e-3));
-    float change = min(
-      0.67 * slope * off + 4.0 * uneven * min(1.0, off / max(dx, 1.0e-3)), a.s + b.s + 2.0 * mean);
+    vec3 color =
+      mix(colorA, colorB, clamp(gathered + (wide ? excess / dx : 0.0), 0.0, 1.0));
+    float uneven = abs(chord - 0.5 * (a.s + b.s));
+    float share = min(1.0, off / max(abs(dx), 1.0e-3));
+    float variation = max(abs(a.slope - slope), abs(b.slope - slope));
+    float change = min(0.67 * variation * off + 4.0 * uneven * share, a.s + b.s + 2.0 * chord);
+    float kink = max(LargestOf(abs(colorB - colorA - slopeA * dx)),
+      LargestOf(abs(colorB - colorA - slopeB * dx)));
     // Where in the piece light is gathered is known only as far as the extinction is linear.
     float thick = min(depth, 1.0);
     float place = OPAQUE_PLACE * thick * thick + 0.25 * uneven / max(mean, 1.0e-30);
-    float shift = LargestOf(abs(colorB - colorA)) * place;
 #if TERAVOX_SHADE
-    Light lightB = Shade(Along(gradient, to) * perVoxel, state.towardsLight);
-    Light light = Shade(Along(gradient, mix(u, to, gathered)) * perVoxel, state.towardsLight);
-    vec3 litA = LitColor(colorA, lightA);
-    vec3 litB = LitColor(colorB, lightB);
-    color = LitColor(color, light);
-    shift = LargestOf(abs(litB - litA)) * (LIGHT_WEIGHT + place) +
-      LargestOf(abs(color - mix(litA, litB, gathered))) * LIGHT_BEND_WEIGHT;
+    vec3 normalB = NormalOf(Along(gradient, to) * perVoxel);
+    vec3 litA = LitColor(colorA, LightFrom(normalA, state.towardsLight));
+    vec3 litB = LitColor(colorB, LightFrom(normalB, state.towardsLight));
+    color = LitColor(
+      color, Shade(Along(gradient, mix(u, to, gathered)) * perVoxel, state.towardsLight));
+    // Where there is none at one end, as where values saturate, it usually has one direction still.
+    bool both = normalA != vec3(0.0) && normalB != vec3(0.0);
+    float turned = both ? 1.0 - dot(normalA, normalB) : 0.0;
+    float shift = LargestOf(abs(litB - litA)) * (LIGHT_WEIGHT + place) +
+      LargestOf(abs(color - mix(litA, litB, gathered))) * LIGHT_BEND_WEIGHT +
+      NORMAL_WEIGHT * turned * turned;
+#else
+    float shift = LargestOf(abs(colorB - colorA)) * (place + BEND_WEIGHT * share);
 #endif
+    shift += KINK_WEIGHT * kink;
     float gained = state.transmittance * opacity;
     float error = state.transmittance * min(change * pieceLength, 1.0) * (1.0 - opacity) +
       gained * min(shift, 1.0);
@@ -106,8 +131,9 @@ void IntegrateCell(
       u = to;
       a = b;
       colorA = colorB;
+      slopeA = slopeB;
 #if TERAVOX_SHADE
-      lightA = lightB;
+      normalA = normalB;
 #endif
       size *= 2.0;
     }

@@ -19,24 +19,35 @@ vec3 TowardsLight(Ray ray, float begin)
     vec3(dot(u_dataset[0].xyz, v), dot(u_dataset[1].xyz, v), dot(u_dataset[2].xyz, v)));
 }
 
-// `gradient`: central difference per axis, in voxels of level 0.
-Light Shade(vec3 gradient, vec3 towardsLight)
+// A unit vector in dataset space, or 0 where there is no direction. `gradient`: central difference
+// per axis, in voxels of level 0.
+vec3 NormalOf(vec3 gradient)
 {
   vec3 g = vec3(
     dot(u_normal[0].xyz, gradient), dot(u_normal[1].xyz, gradient), dot(u_normal[2].xyz, gradient));
+  float magnitude = length(g);
+  return magnitude > 0.0 ? g / magnitude : vec3(0.0);
+}
+
+Light LightFrom(vec3 normal, vec3 towardsLight)
+{
   Light light;
   light.diffuse = vec3(u_material.x);
   light.specular = vec3(0.0);
-  float magnitude = length(g);
-  if (magnitude > 0.0)
+  if (normal != vec3(0.0))
   {
-    float cosine = dot(g / magnitude, towardsLight);
+    float cosine = dot(normal, towardsLight);
     cosine = u_lightDiffuse.w != 0.0 ? abs(cosine) : max(cosine, 0.0);
     light.diffuse += u_lightDiffuse.rgb * (u_material.y * cosine);
     light.specular =
       u_lightSpecular.rgb * (u_material.z * (cosine > 0.0 ? pow(cosine, u_material.w) : 0.0));
   }
   return light;
+}
+
+Light Shade(vec3 gradient, vec3 towardsLight)
+{
+  return LightFrom(NormalOf(gradient), towardsLight);
 }
 
 // As VTK, the lit colour is clamped before it is weighted with the opacity.

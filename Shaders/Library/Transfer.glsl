@@ -35,13 +35,14 @@ Sample SampleTransfer(float position)
   precise float low = node.y + (f * (node.z + 0.5 * f * slope) + (position - x) * s);
   r.x = position;
   r.s = s;
-  r.slope = slope;
+  r.slope = x == position ? slope : 0.0;
   r.integralHigh = node.x;
   r.integralLow = low;
   return r;
 }
 
-vec3 TransferColor(float position)
+// The colour at a position, and how it changes per node.
+vec3 TransferColor(float position, out vec3 slope)
 {
   float x = clamp(position, 0.0, u_transfer.w - 1.0);
   int i = min(int(x), int(u_transfer.w) - 2);
@@ -50,8 +51,15 @@ vec3 TransferColor(float position)
   uvec3 node = texelFetch(u_transferColors, i).xyz;
   vec3 a = vec3(node & 0xffffu);
   vec3 b = vec3(node >> 16u);
+  slope = (b - a) * (1.0 / 65535.0);
   precise vec3 color = (a + f * (b - a)) * (1.0 / 65535.0);
   return color;
+}
+
+vec3 TransferColor(float position)
+{
+  vec3 slope;
+  return TransferColor(position, slope);
 }
 
 // True if the table is exactly 0 between two positions (contract 1e). The margin covers the

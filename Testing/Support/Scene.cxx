@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <vtkCamera.h>
 #include <vtkCellData.h>
@@ -137,6 +138,13 @@ TransferNodes MakeTransfer(OpacityShape shape, double low, double high, double u
   return nodes;
 }
 
+int TestedMarcher()
+{
+  const char* name = std::getenv("TERAVOX_TEST_MARCHER");
+  return name != nullptr && std::string(name) == "gpu" ? vtkOutOfCoreVolumeMapper::MARCHER_GPU
+                                                       : vtkOutOfCoreVolumeMapper::MARCHER_NATIVE;
+}
+
 Stage::Stage(int width, int height)
   : Width_(width)
   , Height_(height)
@@ -147,6 +155,7 @@ Stage::Stage(int width, int height)
   this->Window->AddRenderer(this->Renderer);
   this->Renderer->SetBackground(0, 0, 0);
   this->Mapper = vtkSmartPointer<vtkOutOfCoreVolumeMapper>::New();
+  this->Mapper->SetMarcher(TestedMarcher());
   this->Mapper->SetNumberOfLoaderThreads(2);
   this->Mapper->SetGPUMemoryBudget(std::uint64_t{ 256 } << 20);
   this->Mapper->SetHostMemoryBudget(std::uint64_t{ 512 } << 20);

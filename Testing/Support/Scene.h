@@ -48,6 +48,10 @@ const char* ToString(OpacityShape shape);
 TransferNodes MakeTransfer(
   OpacityShape shape, double low = 0, double high = 255, double unitDistance = 1);
 
+/// The marcher that this run tests: native, or that of the GPU if TERAVOX_TEST_MARCHER=gpu is set.
+/// CTest runs the tests of contracts and truth with both.
+int TestedMarcher();
+
 /// A window with one volume, drawn off-screen by a vtkOutOfCoreVolumeMapper or by any other mapper.
 /// The members are VTK's own objects: tests change what they like.
 /// Thread: the test's own.

@@ -106,7 +106,8 @@ TransferTable BuildTransferTable(
     }
     integral += i < next ? 0.5 * (s[i] + s[next]) : 0;
   }
-  table.Occupied.resize(nodes + 2);
+  table.Occupied.resize(
+    nodes + 2, static_cast<std::uint16_t>(std::min<std::size_t>(nodes + 1, 65535)));
   std::size_t occupied = nodes + 1;
   for (std::size_t i = nodes + 1; i-- > 0;)
   {

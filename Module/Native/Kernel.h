@@ -23,15 +23,17 @@ namespace
 using Vec = MarchParameters::Vec;
 using UVec = MarchParameters::UVec;
 constexpr int MacroEdge = NativeScene::MacroEdge;
-#include "KernelBrick.h"
+// Each needs those before it.
+// clang-format off
+#include "KernelVector.h"
+#include "KernelTransfer.h"
+#include "KernelRay.h"
 #include "KernelCells.h"
-#include "KernelFixed.h"
 #include "KernelLight.h"
 #include "KernelPieces.h"
-#include "KernelRay.h"
-#include "KernelTransfer.h"
-#include "KernelVector.h"
-
+#include "KernelBrick.h"
+#include "KernelFixed.h"
+// clang-format on
 enum Status : std::int32_t
 {
   StatusNew = 0,

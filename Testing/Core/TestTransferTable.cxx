@@ -421,7 +421,7 @@ TEST(TransferTable, SizesAreThoseOfItsArrays)
   const auto nodes = static_cast<std::size_t>(table.Nodes);
   EXPECT_EQ(table.Integrals.size(), nodes);
   EXPECT_EQ(table.Colors.size(), nodes);
-  EXPECT_EQ(table.SizeInBytes(), nodes * 28 + (nodes + 1) * 2);
+  EXPECT_EQ(table.SizeInBytes(), nodes * 32 + (nodes + 2) * 2);
 }
 
 } // namespace teravox

@@ -145,8 +145,8 @@ public:
   ///@{
   /**
    * What draws: the GPU by shaders, or native code on this machine's processors with the atlas in
-   * the memory of the host (it counts against the GPU's budget). Both keep the tolerance; native code
-   * is several times as fast where OpenGL itself is drawn by processors (Mesa's llvmpipe).
+   * the memory of the host (it counts against the GPU's budget). Both keep the tolerance; native
+   * code is several times as fast where OpenGL itself is drawn by processors (Mesa's llvmpipe).
    * Default: MARCHER_AUTOMATIC, native with such a driver, else the GPU.
    */
   enum MarcherType
@@ -229,8 +229,9 @@ public:
   vtkTypeUInt64 GetPeakHostMemoryUsed();
   vtkTypeUInt64 GetAddressingMemoryUsed();
   /**
-   * What the atlas is planned with, as `teravox plan` takes it: whether the native marcher draws (see
-   * SetMarcher), and the largest edge of a 3-D texture in texels. False and 0 before the first frame.
+   * What the atlas is planned with, as `teravox plan` takes it: whether the native marcher draws
+   * (see SetMarcher), and the largest edge of a 3-D texture in texels. False and 0 before the first
+   * frame.
    */
   bool IsMarcherNative();
   int GetMaximumTextureSize();

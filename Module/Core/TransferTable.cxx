@@ -106,6 +106,32 @@ TransferTable BuildTransferTable(
     }
     integral += i < next ? 0.5 * (s[i] + s[next]) : 0;
   }
+  // A block ends with the first node of the next: between nodes s is linear.
+  table.Blocks = (table.Nodes + TransferTable::ExtremesBlock - 1) / TransferTable::ExtremesBlock;
+  const auto blocks = static_cast<std::size_t>(table.Blocks);
+  for (std::size_t b = 0; b < blocks; ++b)
+  {
+    std::array<float, 2> extremes{ static_cast<float>(s[b * TransferTable::ExtremesBlock]),
+      static_cast<float>(s[b * TransferTable::ExtremesBlock]) };
+    for (std::size_t i = b * TransferTable::ExtremesBlock;
+         i <= std::min((b + 1) * TransferTable::ExtremesBlock, nodes - 1); ++i)
+    {
+      extremes[0] = std::min(extremes[0], static_cast<float>(s[i]));
+      extremes[1] = std::max(extremes[1], static_cast<float>(s[i]));
+    }
+    table.Extremes.push_back(extremes);
+  }
+  for (std::size_t half = 1; 2 * half <= blocks; half *= 2)
+  {
+    const std::size_t before = table.Extremes.size() - blocks;
+    for (std::size_t b = 0; b < blocks; ++b)
+    {
+      const std::array<float, 2>& a = table.Extremes[before + b];
+      const std::array<float, 2>& z = table.Extremes[before + std::min(b + half, blocks - 1)];
+      table.Extremes.push_back({ std::min(a[0], z[0]), std::max(a[1], z[1]) });
+    }
+  }
+
   table.Occupied.resize(
     nodes + 2, static_cast<std::uint16_t>(std::min<std::size_t>(nodes + 1, 65535)));
   std::size_t occupied = nodes + 1;

@@ -41,10 +41,18 @@ struct TransferTable
   /// One element more, so that a pair can be read anywhere.
   std::vector<std::uint16_t> Occupied;
 
-  /// Size of the tables on the GPU.
+  /// Least and largest s over ranges of nodes, for the native marcher: element
+  /// [level * Blocks + i] is over the 2^level blocks of ExtremesBlock nodes from block i on, the
+  /// last node of the last block included (sparse tables: Bender, Farach-Colton 2000).
+  static constexpr int ExtremesBlock = 16;
+  int Blocks = 0;
+  std::vector<std::array<float, 2>> Extremes;
+
+  /// Size of the tables on the GPU, or of those of the native marcher.
   std::uint64_t SizeInBytes() const
   {
-    return 16 * this->Integrals.size() + 16 * this->Colors.size() + 2 * this->Occupied.size();
+    return 16 * this->Integrals.size() + 16 * this->Colors.size() + 2 * this->Occupied.size() +
+      8 * this->Extremes.size();
   }
 
   /// Extinction per world length of an opaque wall (opacity 1).

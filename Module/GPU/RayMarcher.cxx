@@ -217,6 +217,9 @@ PassResult RayMarcher::DrawNativePass(ViewState& view, const BrickAtlas& atlas,
   scene.Integrals = this->Table->Integrals.front().data();
   scene.Colors = this->Table->Colors.front().data();
   scene.Occupied = this->Table->Occupied.data();
+  scene.Extremes = this->Table->Extremes.front().data();
+  scene.Blocks = this->Table->Blocks;
+  scene.ExtremesBlock = TransferTable::ExtremesBlock;
   scene.Width = view.Width();
   scene.Height = view.Height();
   scene.Color = view.Native.Color.data();

@@ -2,40 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // From one visible cell of a brick to the next, in lots of eight.
 
-// Cells between voxel centres, or voxels where the field is constant in each. x, y, z, and a fourth
-// lane in which nothing is ever met.
-struct Walk
-{
-  Quad First;     // position at depth 0, in the units and from the place that cells are counted in
-  Quad Direction; // cells per depth
-  Quad Inverse;   // depth per cell
-  Quad Forward;   // 1 where the ray goes up, else 0
-  Quad Move;      // 1 or -1
-  float End;      // depth
-};
-
-inline Walk BeginWalk(const Ray& ray, const BrickView& view, float shift, float end)
-{
-  Walk w;
-  w.First = WithFourth(view.Base - shift, 0.0f);
-  w.Direction = WithFourth(view.Direction, 0.0f);
-  w.Inverse = WithFourth(1.0f / w.Direction, FarAway);
-  w.Forward = ToFloat(ray.Positive);
-  w.Move = WithFourth(w.Forward * 2.0f - 1.0f, 0.0f);
-  w.End = end;
-  return w;
-}
-
-// The cell at a depth: faces decide, as they do when the walk steps over them.
-TERAVOX_INLINE Quad CellAt(const Walk& w, float t)
-{
-  const Quad cell = Floor(w.First + t * w.Direction);
-  const Quad exits = (cell + w.Forward - w.First) * w.Inverse;
-  const Quad entries = (cell + (1.0f - w.Forward) - w.First) * w.Inverse;
-  const Quad none = {};
-  return cell + ((exits <= Spread(t) ? w.Move : none) - (entries > Spread(t) ? w.Move : none));
-}
-
 struct Lanes3
 {
   Ints X;
@@ -50,18 +16,6 @@ struct LotView
   Lanes3 Cell; // inside the slot
   Ints Valid;
 };
-
-TERAVOX_INLINE Ints InSlot(Floats v, std::int32_t first, std::int32_t last)
-{
-  return Min(Max(Truncate(v), Splat(first)), Splat(last));
-}
-
-// The first `count` lanes.
-inline Ints FirstLanes(int count)
-{
-  const Ints lane = { 0, 1, 2, 3, 4, 5, 6, 7 };
-  return lane < count;
-}
 
 // Where the cells of a lot end is computed as the walk does it. Border voxels are there for
 // shading; rounding must not lead out of the slot.
@@ -287,6 +241,12 @@ void IntegrateBrick(
   const Quad none = {};
   const std::int32_t macros = view.MacrosAlong;
   const bool skip = c.P.Switches[0] != 0;
+  // Spans of samples: their distance, whence on and how often they may fail.
+  const float voxel = VoxelDepth(w);
+  float spanStep = FirstStep * voxel;
+  // Not where voxels may have no value: samples could miss them.
+  float spansFrom = Nearest || sizeof(T) == 4 ? t1 : t0;
+  int spansLeft = MostFailures;
   // A gradient reaches further than the values of a cell.
   constexpr bool uniformToo = !Shade;
   Lot& lot = c.Cells;
@@ -384,6 +344,46 @@ void IntegrateBrick(
       }
       c.Steps += 1;
       continue;
+    }
+    if (t >= spansFrom && (word >> bit & 1u) != 0)
+    {
+      const Reach reach = LookAhead<T>(view, w, at, t, Min(t + spanStep * SpanPieces, t1));
+      float cost = 2.0f;
+      if (reach.End - t >= ShortestSpan * voxel)
+      {
+        if (lot.Count != 0)
+        {
+          integrate();
+          if (IsOver(c, state))
+          {
+            return;
+          }
+        }
+        const auto node = [&](float texel)
+        { return (texel * view.Scale + view.Offset) * c.Table.NodesPerUnit; };
+        cost = IntegrateSpan<T, Shade>(
+          c, state, ray, view, w, t, reach.End, node(reach.Least), node(reach.Largest));
+        if (cost <= 1.0f)
+        {
+          if (IsOver(c, state))
+          {
+            return;
+          }
+          t = reach.End;
+          if (t < t1)
+          {
+            cell = CellAt(w, t);
+            known = true;
+            at = macroOf(cell);
+          }
+          // A step of twice the length errs eight times as much.
+          spanStep = cost < 0.1f && spanStep < LongestStep * voxel ? 2.0f * spanStep : spanStep;
+          continue;
+        }
+        spansLeft -= spanStep > FirstStep * voxel ? 0 : 1;
+        spanStep = FirstStep * voxel;
+      }
+      spansFrom = spansLeft > 0 ? reach.End : t1;
     }
     // Voxel cell after voxel cell up to its end.
     if (!known)

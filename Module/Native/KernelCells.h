@@ -12,6 +12,7 @@ struct BrickView
   Quad Base;
   Quad Direction;
   const std::uint8_t* Voxels;
+  const std::uint8_t* Cells;
   const std::uint64_t* Occupancy;
   std::int32_t Edge;        // stored voxels along each axis
   std::int32_t CellsAlong;  // along each axis
@@ -39,6 +40,7 @@ inline BrickView ViewBrick(const NativeScene& scene, const Transfer& transfer, c
   view.CellsAlong = static_cast<std::int32_t>(cells);
   view.Voxels = scene.Voxels + slot * edge * edge * edge * scene.BytesPerTexel;
   view.MacrosAlong = static_cast<std::int32_t>((cells + MacroEdge - 1) / MacroEdge);
+  view.Cells = scene.Cells + slot * cells * cells * cells * 2 * scene.BytesPerTexel;
   view.Occupancy = nullptr;
   view.Scale = p.Value[0];
   view.Offset = (p.Value[1] - transfer.Low) + (p.Value[2] - transfer.LowRest);

@@ -3,29 +3,6 @@
 // Steps of a given length (see Shaders/Library/MarchFixed.glsl): what a user who switches error
 // control off gets, and what the order of convergence is measured with.
 
-// Position in nodes at eight places of a brick; NaN where a voxel has no value.
-template <typename T>
-inline Floats FieldAt(
-  const Context& c, const BrickView& view, const Walk& walk, Floats t, Offsets& at, Vectors& w)
-{
-  const auto along = [&](int a, Ints& cell, Floats& within)
-  {
-    const Floats q = walk.First[a] + t * walk.Direction[a];
-    cell = InSlot(q, 1, view.Edge - 3);
-    within = q - ToFloat(cell);
-  };
-  Ints x;
-  Ints y;
-  Ints z;
-  along(0, x, w.X);
-  along(1, y, w.Y);
-  along(2, z, w.Z);
-  at = OffsetsOf<T>(x + view.Edge * (y + view.Edge * z));
-  const Vectors nowhere{ Floats{}, Floats{}, Floats{} };
-  const Floats texel = CubicAlong(LoadCorners<T>(view, at), w, nowhere).A;
-  return (texel * view.Scale + view.Offset) * c.Table.NodesPerUnit;
-}
-
 template <typename T, bool Shade>
 void IntegrateFixed(
   Context& c, State& state, const Ray& ray, const BrickView& view, float t0, float t1)

@@ -19,6 +19,9 @@ struct Transfer
   const float* Integrals;
   const float* Colors; // words of two 16-bit numbers
   const std::uint16_t* Occupied;
+  const float* Extremes; // pairs
+  std::int32_t Blocks;
+  std::int32_t ExtremesBlock;
   float Low;
   float LowRest;
   float NodesPerUnit;
@@ -134,6 +137,23 @@ TERAVOX_INLINE Ints IsEmptyBetween(const Transfer& t, Floats from, Floats to)
   Spill(Truncate(first) * 2, at);
   const Ints word = GatherWords(reinterpret_cast<const std::uint8_t*>(t.Occupied), at);
   return ToFloat(word & 0xffff) > last;
+}
+
+// Bounds of the extinction between two positions in nodes.
+inline void ExtremesBetween(const Transfer& t, float from, float to, float& least, float& largest)
+{
+  const auto block = [&](float position)
+  {
+    const float x = Min(Max(position, 0.0f), t.Nodes - 1.0f);
+    return Min(static_cast<std::int32_t>(x) / t.ExtremesBlock, t.Blocks - 1);
+  };
+  const std::int32_t first = block(from);
+  const std::int32_t count = block(to) - first + 1;
+  const int level = 31 - __builtin_clz(static_cast<unsigned>(Max(count, 1)));
+  const float* a = t.Extremes + 2 * (static_cast<std::ptrdiff_t>(level) * t.Blocks + first);
+  const float* z = a + 2 * (Max(count, 1) - (1 << level));
+  least = Min(a[0], z[0]);
+  largest = Max(a[1], z[1]);
 }
 
 // 1 - exp(-depth), without cancellation.

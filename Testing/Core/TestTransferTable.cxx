@@ -380,6 +380,44 @@ TEST(TransferTable, ZeroIsExactlyZeroAndCounted)
 }
 
 // An invisible function is so everywhere, also where it has no nodes.
+// Bounds of the extinction over any range of nodes, by two blocks of a sparse table.
+TEST(TransferTable, ExtremesBoundEveryRange)
+{
+  const TransferTable table = BuildTransferTable(
+    FromExtinction([](double x) { return x < 0.3 ? 0 : 1 + std::sin(40 * x); }, { 0, 0.3, 0.7, 1 }),
+    { 0, 1 }, false, 1e-3);
+  const auto blocks = static_cast<std::size_t>(table.Blocks);
+  ASSERT_EQ(table.Extremes.size() % blocks, 0u);
+  std::mt19937 random(7);
+  std::uniform_int_distribution<std::size_t> any(0, blocks - 1);
+  for (int i = 0; i < 2000; ++i)
+  {
+    const std::size_t a = any(random);
+    const std::size_t b = any(random);
+    const std::size_t first = std::min(a, b);
+    const std::size_t count = std::max(a, b) - first + 1;
+    std::size_t level = 0;
+    while (std::size_t{ 2 } << level <= count)
+    {
+      ++level;
+    }
+    ASSERT_LT(level * blocks, table.Extremes.size());
+    const auto& front = table.Extremes[level * blocks + first];
+    const auto& back = table.Extremes[level * blocks + first + count - (std::size_t{ 1 } << level)];
+    float least = table.Integrals[first * TransferTable::ExtremesBlock][2];
+    float largest = least;
+    const std::size_t last = std::min(
+      (first + count) * TransferTable::ExtremesBlock, static_cast<std::size_t>(table.Nodes) - 1);
+    for (std::size_t n = first * TransferTable::ExtremesBlock; n <= last; ++n)
+    {
+      least = std::min(least, table.Integrals[n][2]);
+      largest = std::max(largest, table.Integrals[n][2]);
+    }
+    ASSERT_EQ(std::min(front[0], back[0]), least);
+    ASSERT_EQ(std::max(front[1], back[1]), largest);
+  }
+}
+
 TEST(TransferTable, NothingVisible)
 {
   const TransferTable table =
@@ -421,7 +459,7 @@ TEST(TransferTable, SizesAreThoseOfItsArrays)
   const auto nodes = static_cast<std::size_t>(table.Nodes);
   EXPECT_EQ(table.Integrals.size(), nodes);
   EXPECT_EQ(table.Colors.size(), nodes);
-  EXPECT_EQ(table.SizeInBytes(), nodes * 32 + (nodes + 2) * 2);
+  EXPECT_EQ(table.SizeInBytes(), nodes * 32 + (nodes + 2) * 2 + table.Extremes.size() * 8);
 }
 
 } // namespace teravox

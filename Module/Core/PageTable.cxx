@@ -57,29 +57,119 @@ PageTable::PageTable(const PyramidLayout& layout, std::uint32_t blockCapacity, s
   , Volume(volume)
   , DirectorySize(static_cast<std::size_t>(layout.DirectoryEntries()))
   , Table(DirectorySize + std::size_t{ blockCapacity } * EntriesPerBlock)
+  , Directory(DirectorySize)
   , SlotOwner(blockCapacity)
   , Changed(Table.size(), false)
   , Sections(std::size_t{ blockCapacity } + 1)
 {
   assert(blockCapacity >= static_cast<std::uint32_t>(layout.PageDepth()));
-  for (std::size_t i = 0; i < this->DirectorySize; ++i)
-  {
-    this->Table[i] = MakeEntry(ValueRange::Unknown(), false);
-    this->Touch(i);
-  }
 }
 
 void PageTable::SetDirectoryRanges(int level, const std::vector<ValueRange>& ranges)
 {
   const auto base = static_cast<std::size_t>(this->Layout_.DirectoryBase(level));
   assert(base + ranges.size() <= this->DirectorySize);
-  for (std::size_t i = 0; i < ranges.size(); ++i)
+  std::transform(ranges.begin(), ranges.end(),
+    this->Directory.begin() + static_cast<std::ptrdiff_t>(base),
+    [](const ValueRange& range) { return MakeEntry(range, false); });
+  this->ForEachInDirectory(level,
+    [this](const BrickKey& region, std::size_t at)
+    {
+      if (this->IsInView(region) || this->Table[at].GetState() == PageEntry::Mapped)
+      {
+        this->WriteRange(at, this->Directory[at]);
+      }
+    });
+}
+
+void PageTable::SetView(const std::vector<BrickBox>& view)
+{
+  if (this->View && *this->View == view)
   {
-    const std::uint32_t word = this->Table[base + i].Word;
-    this->Table[base + i] = MakeEntry(ranges[i], false);
-    this->Table[base + i].Word = word;
-    this->Touch(base + i);
+    return;
   }
+  this->View = view;
+  const auto show = [this](const BrickKey& region, std::size_t at, const PageEntry& known)
+  {
+    if (this->IsInView(region))
+    {
+      this->WriteRange(at, known);
+    }
+  };
+  for (int l = 0; l < this->Layout_.NumberOfLevels(); ++l)
+  {
+    this->ForEachInDirectory(
+      l, [&](const BrickKey& region, std::size_t at) { show(region, at, this->Directory[at]); });
+  }
+  for (const auto& [key, info] : this->Blocks)
+  {
+    if (key.PageLevel >= 2)
+    {
+      const std::size_t offset = this->BlockOffset(info.Slot);
+      const std::vector<PageEntry>& regions = info.Regions;
+      this->ForEachChild(key,
+        [&](const BrickKey& region, std::uint32_t index)
+        { show(region, offset + index, regions[index]); });
+    }
+  }
+}
+
+bool PageTable::IsInView(const BrickKey& region) const
+{
+  if (!this->View)
+  {
+    return false;
+  }
+  if (region.Level >= this->View->size())
+  {
+    return true;
+  }
+  const BrickBox& box = (*this->View)[region.Level];
+  // Whole regions: 8^20 bricks are more than any level has along an axis.
+  const int shift = 3 * std::min<int>(region.PageLevel, 20);
+  const std::array<std::int64_t, 3> at{ region.X, region.Y, region.Z };
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    if (box.Low[a] >= box.High[a] || at[a] < box.Low[a] >> shift ||
+      at[a] > (box.High[a] - 1) >> shift)
+    {
+      return false;
+    }
+  }
+  return true;
+}
+
+const PageEntry& PageTable::Region(const BrickKey& region, std::size_t at) const
+{
+  return at < this->DirectorySize
+    ? this->Directory[at]
+    : this->Blocks.at(ParentBlock(region)).Regions[IndexInBlock(region)];
+}
+
+void PageTable::Write(std::size_t at, const PageEntry& entry)
+{
+  PageEntry& written = this->Table[at];
+  if (written.Word != entry.Word || written.Low != entry.Low || written.High != entry.High)
+  {
+    written = entry;
+    this->Touch(at);
+  }
+}
+
+bool PageTable::WriteRange(std::size_t at, const PageEntry& region)
+{
+  PageEntry entry = region;
+  entry.Word = this->Table[at].Word;
+  const bool unknown = entry.Low != this->Table[at].Low || entry.High != this->Table[at].High;
+  this->Write(at, entry);
+  return unknown;
+}
+
+bool PageTable::Show(const BrickKey& region)
+{
+  const std::optional<std::size_t> at = this->Locate(region);
+  assert(at && region.PageLevel >= 1);
+  return this->WriteRange(*at, this->Region(region, *at));
 }
 
 BrickKey PageTable::ParentBlock(const BrickKey& key)
@@ -96,7 +186,7 @@ std::optional<BrickKey> PageTable::FirstMissingBlock(const BrickKey& brick) cons
 {
   std::optional<BrickKey> missing;
   BrickKey key = brick;
-  while (key.PageLevel < this->Layout_.PageDepth())
+  while (key.PageLevel < this->Layout_.PageDepth(key.Level))
   {
     key = ParentBlock(key);
     if (!this->HasBlock(key))
@@ -109,7 +199,7 @@ std::optional<BrickKey> PageTable::FirstMissingBlock(const BrickKey& brick) cons
 
 std::optional<std::size_t> PageTable::Locate(const BrickKey& key) const
 {
-  const int depth = this->Layout_.PageDepth();
+  const int depth = this->Layout_.PageDepth(key.Level);
   if (key.PageLevel == depth)
   {
     const Int3 n = this->Layout_.Pages(key.Level, depth);
@@ -138,6 +228,27 @@ void PageTable::Touch(std::size_t entry)
   }
   changed.First = std::min(changed.First, entry);
   changed.End = std::max(changed.End, entry + 1);
+}
+
+template <typename F>
+void PageTable::ForEachInDirectory(int level, const F& f) const
+{
+  BrickKey region;
+  region.Volume = this->Volume;
+  region.Level = static_cast<std::uint8_t>(level);
+  region.PageLevel = static_cast<std::uint8_t>(this->Layout_.PageDepth(level));
+  const Int3 n = this->Layout_.Pages(level, region.PageLevel);
+  auto at = static_cast<std::size_t>(this->Layout_.DirectoryBase(level));
+  for (region.Z = 0; region.Z < n[2]; ++region.Z)
+  {
+    for (region.Y = 0; region.Y < n[1]; ++region.Y)
+    {
+      for (region.X = 0; region.X < n[0]; ++region.X)
+      {
+        f(region, at++);
+      }
+    }
+  }
 }
 
 template <typename F>
@@ -192,10 +303,11 @@ void PageTable::Occupy(const BrickKey& block, std::uint32_t slot)
 {
   assert(block.PageLevel >= 1 && slot < this->Capacity && !this->SlotOwner[slot]);
   assert(!this->HasBlock(block));
-  this->Blocks[block] = { slot };
+  this->Blocks[block] = { slot, {} };
   this->SlotOwner[slot] = block;
   const std::optional<std::size_t> parent = this->Locate(block);
   assert(parent);
+  this->Show(block);
   this->Table[*parent].Word = PageEntry::Pack(PageEntry::Mapped, slot);
   this->Touch(*parent);
 }
@@ -205,35 +317,27 @@ void PageTable::MapBlock(
 {
   assert(ranges.size() == EntriesPerBlock);
   this->Occupy(block, slot);
-  const bool holdsBricks = block.PageLevel == 1;
   const std::size_t offset = this->BlockOffset(slot);
+  if (block.PageLevel > 1)
+  {
+    std::vector<PageEntry>& regions = this->Blocks.at(block).Regions;
+    regions.resize(EntriesPerBlock);
+    this->ForEachChild(block,
+      [&](const BrickKey& child, std::uint32_t index)
+      {
+        regions[index] = MakeEntry(ranges[index], false);
+        this->Write(offset + index, this->IsInView(child) ? regions[index] : PageEntry());
+      });
+    return;
+  }
   this->ForEachChild(block,
     [&](const BrickKey& child, std::uint32_t index)
     {
       PageEntry& entry = this->Table[offset + index];
-      entry = MakeEntry(ranges[index], holdsBricks);
-      if (holdsBricks)
-      {
-        this->RefreshBrickEntry(child, entry);
-      }
+      entry = MakeEntry(ranges[index], true);
+      this->RefreshBrickEntry(child, entry);
       this->Touch(offset + index);
     });
-}
-
-bool PageTable::IsTrunk(const BrickKey& block) const
-{
-  return block.PageLevel >= 2 &&
-    this->Layout_.Pages(block.Level, block.PageLevel - 1) == Int3{ 1, 1, 1 };
-}
-
-void PageTable::MapTrunk(const BrickKey& block, std::uint32_t slot)
-{
-  assert(this->IsTrunk(block));
-  this->Occupy(block, slot);
-  PageEntry& entry = this->Table[this->BlockOffset(slot)];
-  entry = this->Table[*this->Locate(block)];
-  entry.Word = PageEntry::Pack(PageEntry::Unmapped, 0);
-  this->Touch(this->BlockOffset(slot));
 }
 
 void PageTable::UnmapBlock(const BrickKey& block)
@@ -319,7 +423,17 @@ void PageTable::ClearFailed()
 std::optional<PageEntry> PageTable::Entry(const BrickKey& key) const
 {
   const auto at = this->Locate(key);
-  return at ? std::optional<PageEntry>(this->Table[*at]) : std::nullopt;
+  if (!at)
+  {
+    return std::nullopt;
+  }
+  PageEntry entry = this->Table[*at];
+  if (key.PageLevel >= 1)
+  {
+    entry = this->Region(key, *at);
+    entry.Word = this->Table[*at].Word;
+  }
+  return entry;
 }
 
 std::vector<PageTable::Change> PageTable::TakeChanges()
@@ -356,9 +470,25 @@ std::vector<PageTable::Change> PageTable::TakeChanges()
 std::string PageTable::CheckInvariants() const
 {
   std::size_t mappedParents = 0;
-  for (std::size_t i = 0; i < this->DirectorySize; ++i)
+  std::string wrongRegion;
+  const auto checkRegion = [&](const BrickKey& region, std::size_t at, const PageEntry& range)
   {
-    mappedParents += this->Table[i].GetState() == PageEntry::Mapped ? 1 : 0;
+    const PageEntry& entry = this->Table[at];
+    const bool mapped = entry.GetState() == PageEntry::Mapped;
+    mappedParents += mapped ? 1 : 0;
+    const bool known = entry.Low == range.Low && entry.High == range.High;
+    const bool unknown =
+      entry.Word == 0 && entry.Low == PageEntry().Low && entry.High == PageEntry().High;
+    if (!known && (!unknown || this->IsInView(region)))
+    {
+      wrongRegion = "the range of " + region.ToString() + " isn't what was read";
+    }
+  };
+  for (int l = 0; l < this->Layout_.NumberOfLevels(); ++l)
+  {
+    this->ForEachInDirectory(l,
+      [&](const BrickKey& region, std::size_t at)
+      { checkRegion(region, at, this->Directory[at]); });
   }
   for (const auto& [key, info] : this->Blocks)
   {
@@ -379,6 +509,7 @@ std::string PageTable::CheckInvariants() const
     const BrickKey* wrong = nullptr;
     BrickKey found;
     const std::size_t offset = this->BlockOffset(info.Slot);
+    const std::vector<PageEntry>& regions = info.Regions;
     this->ForEachChild(key,
       [&](const BrickKey& child, std::uint32_t index)
       {
@@ -386,7 +517,7 @@ std::string PageTable::CheckInvariants() const
         const bool mapped = entry.GetState() == PageEntry::Mapped;
         if (child.PageLevel >= 1)
         {
-          mappedParents += mapped ? 1 : 0;
+          checkRegion(child, offset + index, regions[index]);
           return;
         }
         const auto slot = this->Bricks.find(child);
@@ -401,6 +532,10 @@ std::string PageTable::CheckInvariants() const
     {
       return "the entry of " + wrong->ToString() + " contradicts the brick's slot";
     }
+  }
+  if (!wrongRegion.empty())
+  {
+    return wrongRegion;
   }
   return mappedParents == this->Blocks.size() ? "" : "an entry points to a block that isn't there";
 }

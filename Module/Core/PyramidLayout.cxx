@@ -10,9 +10,11 @@ namespace teravox
 
 namespace
 {
-// The directory is always resident and small: 4096 entries of 12 bytes are 48 KiB.
-constexpr std::int64_t MaximumDirectoryEntries = 4096;
 constexpr std::size_t MaximumLevels = 32;
+// The directory is always resident and small: 4096 entries of 12 bytes are 48 KiB. Each level has
+// its share, whatever the others take, so that its depth doesn't depend on the volume around it.
+constexpr std::int64_t MaximumDirectoryEntries = 4096;
+constexpr std::int64_t MaximumEntriesOfLevel = MaximumDirectoryEntries / MaximumLevels;
 
 std::int64_t MultiplySaturated(std::int64_t a, std::int64_t b)
 {
@@ -101,18 +103,17 @@ Result<PyramidLayout> PyramidLayout::Make(
   }
   layout.Factors = std::move(factors);
   layout.PageEdge_ = pages.BlockEdge;
-  for (layout.Depth = pages.Depth < 0 ? 1 : pages.Depth;; ++layout.Depth)
+  layout.DirectoryBases.assign(1, 0);
+  for (int l = 0; l < layout.NumberOfLevels(); ++l)
   {
-    layout.DirectoryBases.assign(1, 0);
-    for (int l = 0; l < layout.NumberOfLevels(); ++l)
+    int depth = pages.Depth < 0 ? 1 : pages.Depth;
+    while (pages.Depth < 0 && Product(layout.Pages(l, depth)) > MaximumEntriesOfLevel)
     {
-      layout.DirectoryBases.push_back(
-        AddSaturated(layout.DirectoryBases.back(), Product(layout.Pages(l, layout.Depth))));
+      ++depth;
     }
-    if (pages.Depth >= 0 || layout.DirectoryEntries() <= MaximumDirectoryEntries)
-    {
-      break;
-    }
+    layout.Depths.push_back(depth);
+    layout.DirectoryBases.push_back(
+      AddSaturated(layout.DirectoryBases.back(), Product(layout.Pages(l, depth))));
   }
   return layout;
 }
@@ -168,6 +169,11 @@ std::int64_t PyramidLayout::TotalBricks() const
   return total;
 }
 
+int PyramidLayout::PageDepth() const
+{
+  return this->Depths.empty() ? 1 : *std::max_element(this->Depths.begin(), this->Depths.end());
+}
+
 Int3 PyramidLayout::Pages(int level, int pageLevel) const
 {
   Int3 pages = this->Bricks(level);
@@ -197,10 +203,10 @@ Int3 PyramidLayout::PageOf(const Int3& voxel, int pageLevel) const
 
 Int3 PyramidLayout::VirtualDimensions(int level) const
 {
-  Int3 dims = this->Pages(level, this->Depth);
+  Int3 dims = this->Pages(level, this->PageDepth(level));
   for (std::size_t a = 0; a < 3; ++a)
   {
-    for (int k = 0; k < this->Depth; ++k)
+    for (int k = 0; k < this->PageDepth(level); ++k)
     {
       dims[a] = MultiplySaturated(dims[a], this->PageEdge_[a]);
     }

@@ -22,7 +22,8 @@ inline constexpr int PageBlockEdge = 8;
 struct PageShape
 {
   Int3 BlockEdge{ PageBlockEdge, PageBlockEdge, PageBlockEdge };
-  /// Page levels below the directory; negative: the least, at least 1, with a small directory.
+  /// Page levels below the directory, of all levels; negative: of each level the least, at least
+  /// 1, with a small directory.
   int Depth = -1;
 };
 
@@ -35,8 +36,9 @@ struct PageShape
 /// Brick b of level l covers [b, b+1) * BrickSize in corner coordinates of level l.
 ///
 /// Pages (Sarton 2018, section 3.3; Hadwiger et al. 2012): page level 0 has one entry per brick,
-/// page level k one entry per BlockEdge^k bricks; the page directory is page level Depth(), of all
-/// pyramid levels side by side.
+/// page level k one entry per BlockEdge^k bricks; the page directory holds of each pyramid level
+/// its page level PageDepth(level), one level after the other. The depth follows from the level's
+/// own bricks: a level of a few bricks is found as fast in a huge volume as in a small one.
 class PyramidLayout
 {
 public:
@@ -74,8 +76,10 @@ public:
   /// Bricks of all levels, the unit of S3's table 3.1; saturates at 2^63-1.
   std::int64_t TotalBricks() const;
 
-  /// Page levels below the directory; at least 1.
-  int PageDepth() const { return this->Depth; }
+  /// Page levels of a pyramid level below the directory; at least 1, if it wasn't given.
+  int PageDepth(int level) const { return this->Depths[static_cast<std::size_t>(level)]; }
+  /// The most of any level: page blocks on the way to a brick.
+  int PageDepth() const;
   /// Entries of a page block along each axis.
   const Int3& PageEdge() const { return this->PageEdge_; }
   /// Entries of a page level along each axis: ceil(Bricks(level) / PageEdge()^pageLevel).
@@ -95,16 +99,16 @@ public:
   bool operator==(const PyramidLayout& o) const
   {
     return this->BrickSize_ == o.BrickSize_ && this->Factors == o.Factors &&
-      this->LevelDims == o.LevelDims && this->PageEdge_ == o.PageEdge_ && this->Depth == o.Depth;
+      this->LevelDims == o.LevelDims && this->PageEdge_ == o.PageEdge_ && this->Depths == o.Depths;
   }
 
 private:
   int BrickSize_ = 0;
-  int Depth = 1;
   Int3 PageEdge_{ PageBlockEdge, PageBlockEdge, PageBlockEdge };
   std::vector<Int3> Factors;
   std::vector<Int3> LevelDims;
   std::vector<Int3> LevelBricks;
+  std::vector<int> Depths;
   std::vector<std::int64_t> DirectoryBases; // one per level, and the total
 };
 

@@ -352,6 +352,7 @@ FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> fini
     this->BlockSlots[s].LastUsed = this->StepNumber;
   }
   this->Accept(std::move(finished), plan);
+  this->Table.SetView(order.InView);
 
   struct Wish
   {
@@ -391,7 +392,7 @@ FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> fini
   {
     wished.insert(wish.Key);
     BrickKey block = wish.Key;
-    while (block.PageLevel < this->Table.Layout().PageDepth())
+    while (block.PageLevel < this->Table.Layout().PageDepth(block.Level))
     {
       block = PageTable::ParentBlock(block);
       wished.insert(block);
@@ -420,19 +421,21 @@ FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> fini
       plan.Requests.push_back({ key, static_cast<double>(wishes.size() - wish) });
     }
   };
+  std::unordered_set<BrickKey, BrickKeyHash> shown; // regions that rays have met out of view
   for (std::size_t w = 0; w < wishes.size(); ++w)
   {
     const Wish& wish = wishes[w];
     // The way to the entry, topmost block first.
     std::vector<BrickKey> chain;
     BrickKey block = wish.Key;
-    while (block.PageLevel < this->Table.Layout().PageDepth())
+    while (block.PageLevel < this->Table.Layout().PageDepth(block.Level))
     {
       block = PageTable::ParentBlock(block);
       chain.push_back(block);
     }
     bool mapped = true;
     bool fresh = false;
+    bool known = true;
     for (auto key = chain.rbegin(); key != chain.rend(); ++key)
     {
       if (this->Table.HasBlock(*key))
@@ -442,9 +445,20 @@ FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> fini
         fresh = fresh || present.MappedIn == this->StepNumber;
         continue;
       }
-      const bool trunk = this->Table.IsTrunk(*key);
+      // Had the rays known the range of this region, they had perhaps passed.
+      if (mapped && (shown.count(*key) != 0 || this->Table.Show(*key)))
+      {
+        shown.insert(*key);
+        known = false;
+      }
+      if (!known)
+      {
+        mapped = false;
+        neededBy.emplace(*key, w);
+        continue;
+      }
       const auto arrived = this->ArrivedBlocks.find(*key);
-      if (!trunk && arrived == this->ArrivedBlocks.end())
+      if (arrived == this->ArrivedBlocks.end())
       {
         request(*key, w);
         mapped = false;
@@ -457,15 +471,8 @@ FramePlan Residency::Step(const Feedback& feedback, std::vector<LoadResult> fini
         neededBy.emplace(*key, w);
         continue;
       }
-      if (trunk)
-      {
-        this->Table.MapTrunk(*key, slot);
-      }
-      else
-      {
-        this->Table.MapBlock(*key, slot, *arrived->second);
-        this->ArrivedBlocks.erase(arrived);
-      }
+      this->Table.MapBlock(*key, slot, *arrived->second);
+      this->ArrivedBlocks.erase(arrived);
       this->BlockSlots[slot] = { this->StepNumber, this->StepNumber };
       this->ProtectedBlocks.insert(*key);
       fresh = true;

@@ -16,12 +16,16 @@ namespace teravox
 {
 
 /// Where the rays come from, for the order in which bricks become visible: the eye in corner
-/// coordinates of level 0, or for a parallel projection the direction of the rays.
+/// coordinates of level 0, or for a parallel projection the direction of the rays; and what they
+/// may meet.
 struct ViewOrder
 {
   bool Parallel = false;
   Double3 Eye{ 0, 0, 0 };
   Double3 Direction{ 0, 0, 1 };
+  /// One box per level; levels without a box are in view as a whole. What lies outside costs a pass
+  /// more where a ray meets it all the same.
+  std::vector<BrickBox> InView;
 };
 
 /// What a pass reported. Missed bricks have page level 0, whatever was missing on the way to them.

@@ -38,8 +38,10 @@ Result<std::unique_ptr<BrickAtlas>> BrickAtlas::Make(
   { return static_cast<int>(plan.SlotsPerAxis[a]) * atlas->CellsPerBrick; };
   atlas->Cells = GLTexture(memory, GL_TEXTURE_3D, format.CellFormat, cells(0), cells(1), cells(2),
     std::size_t{ 2 } * format.BytesPerTexel, GL_NEAREST);
-  atlas->Table = GLBuffer(memory, GL_SHADER_STORAGE_BUFFER,
-    static_cast<std::size_t>(plan.DirectoryBytes + plan.PageBlockBytes), nullptr, GL_DYNAMIC_DRAW);
+  const std::vector<PageEntry> unknown(
+    static_cast<std::size_t>(plan.DirectoryBytes + plan.PageBlockBytes) / sizeof(PageEntry));
+  atlas->Table = GLBuffer(memory, GL_SHADER_STORAGE_BUFFER, unknown.size() * sizeof(PageEntry),
+    unknown.data(), GL_DYNAMIC_DRAW);
   atlas->TableTexture = GLTexture(memory, GL_RGB32UI, atlas->Table);
   // The binding must exist for all variants; four floats where no slot table is needed.
   atlas->Slots = GLBuffer(memory, GL_SHADER_STORAGE_BUFFER,

@@ -206,6 +206,55 @@ std::array<int, 4> VisibleRectangle(
   }
   return pixels;
 }
+
+// The bricks that rays may meet, per level: between the nearest and the farthest depth, each level
+// up to where it ends. It may be an ancestor of all that lies before.
+std::vector<BrickBox> BricksInView(const PyramidLayout& layout, const LevelDepths& levels,
+  const std::array<ViewRay, 4>& corners, const Matrix4& voxelFromView, double nearest,
+  double farthest)
+{
+  std::vector<BrickBox> boxes;
+  double end = -std::numeric_limits<double>::infinity();
+  for (int l = 0; l < layout.NumberOfLevels(); ++l)
+  {
+    end = l < levels.Maximum ? std::max(end, levels.Start[static_cast<std::size_t>(l) + 1])
+                             : std::numeric_limits<double>::infinity();
+    Double3 low{};
+    Double3 high{};
+    low.fill(std::numeric_limits<double>::infinity());
+    high.fill(-std::numeric_limits<double>::infinity());
+    for (const ViewRay& ray : corners)
+    {
+      for (const double depth : { nearest, std::min(farthest, end) })
+      {
+        Double3 p = ray.Origin;
+        for (std::size_t a = 0; a < 3; ++a)
+        {
+          p[a] += ray.Direction[a] * depth;
+        }
+        p = Point(voxelFromView, p);
+        for (std::size_t a = 0; a < 3; ++a)
+        {
+          low[a] = std::min(low[a], p[a]);
+          high[a] = std::max(high[a], p[a]);
+        }
+      }
+    }
+    BrickBox box{ { 0, 0, 0 }, { 0, 0, 0 } };
+    for (std::size_t a = 0; a < 3 && nearest <= std::min(farthest, end); ++a)
+    {
+      // A brick more on each side: the rays' positions are floats, and what lies beside the volume
+      // counts as its outermost bricks.
+      const double edge = static_cast<double>(layout.BrickSize() * layout.Factor(l)[a]);
+      const auto last = static_cast<double>(layout.Bricks(l)[a] - 1);
+      box.Low[a] = static_cast<std::int64_t>(std::clamp(std::floor(low[a] / edge) - 1, 0.0, last));
+      box.High[a] =
+        static_cast<std::int64_t>(std::clamp(std::floor(high[a] / edge) + 1, 0.0, last)) + 1;
+    }
+    boxes.push_back(box);
+  }
+  return boxes;
+}
 } // namespace
 
 Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewInput& input)
@@ -239,12 +288,14 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   const bool parallel = p[12] == 0 && p[13] == 0 && p[14] == 0;
 
   double boxNear = std::numeric_limits<double>::infinity();
+  double boxFar = -std::numeric_limits<double>::infinity();
   for (int i = 0; i < 8; ++i)
   {
     const Double3 voxel{ i & 1 ? static_cast<double>(dims[0]) : 0.0,
       i & 2 ? static_cast<double>(dims[1]) : 0.0, i & 4 ? static_cast<double>(dims[2]) : 0.0 };
     const Double3 view = Point(Multiply(input.ViewFromWorld, worldFromVoxel), voxel);
     boxNear = std::min(boxNear, -view[2]);
+    boxFar = std::max(boxFar, -view[2]);
   }
   const double nearDepth = -Point(viewFromClip.Value(), { 0, 0, -1 })[2];
   const double farDepth = -Point(viewFromClip.Value(), { 0, 0, 1 })[2];
@@ -304,7 +355,7 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   g.Levels = ComputeLevels(layout, input, edges, widthAt0, widthPerDepth);
   g.Parameters.Levels = { static_cast<std::uint32_t>(layout.NumberOfLevels()),
     static_cast<std::uint32_t>(g.Levels.Minimum), static_cast<std::uint32_t>(g.Levels.Maximum),
-    static_cast<std::uint32_t>(layout.PageDepth()) };
+    static_cast<std::uint32_t>(layout.DirectoryEntries()) };
   g.Parameters.Dimensions[3] = static_cast<std::uint32_t>(layout.BrickSize());
   for (int l = 0; l < layout.NumberOfLevels(); ++l)
   {
@@ -315,7 +366,7 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
       g.Parameters.LevelBricks[at][a] = static_cast<std::uint32_t>(layout.Bricks(l)[a]);
     }
     g.Parameters.LevelFactor[at][3] = static_cast<std::uint32_t>(layout.DirectoryBase(l));
-    g.Parameters.LevelBricks[at][3] = static_cast<std::uint32_t>(layout.DirectoryEntries());
+    g.Parameters.LevelBricks[at][3] = static_cast<std::uint32_t>(layout.PageDepth(l));
     g.Parameters.LevelStart[at][0] =
       static_cast<float>(std::clamp(g.Levels.Start[at] - g.DepthOrigin, -3.0e38, 3.0e38));
   }
@@ -357,6 +408,9 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   g.Order.Parallel = parallel;
   g.Order.Eye = middle;
   g.Order.Direction = Vector(voxelFromView, center.Direction);
+  g.Order.InView =
+    BricksInView(layout, g.Levels, { corner, alongX, alongY, ndc(input.Width, input.Height) },
+      voxelFromView, std::max(nearDepth, boxNear), std::min(farDepth, boxFar));
   return g;
 }
 

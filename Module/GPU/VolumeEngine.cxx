@@ -183,9 +183,9 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
   {
     BrickKey first;
     first.Level = static_cast<std::uint8_t>(l);
-    first.PageLevel = static_cast<std::uint8_t>(info.Layout.PageDepth());
+    first.PageLevel = static_cast<std::uint8_t>(info.Layout.PageDepth(l));
     const auto ranges =
-      this->Source_->ReadRanges(first, info.Layout.Pages(l, info.Layout.PageDepth()));
+      this->Source_->ReadRanges(first, info.Layout.Pages(l, info.Layout.PageDepth(l)));
     // Without them nothing is known to be empty up there; the bricks may be readable all the same.
     if (ranges)
     {

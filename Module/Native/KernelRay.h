@@ -65,10 +65,11 @@ TERAVOX_INLINE Quad Anchored(const MarchParameters& p, Index face)
 
 struct Level
 {
-  Index Edge;         // of a brick, in voxels of level 0
-  Index Bricks;       // along each axis
-  std::uint32_t Base; // in the page directory
-  float Begin;        // depths
+  Index Edge;          // of a brick, in voxels of level 0
+  Index Bricks;        // along each axis
+  std::uint32_t Base;  // in the page directory
+  std::uint32_t Depth; // of its page hierarchy
+  float Begin;         // depths
   float End;
 };
 
@@ -80,6 +81,7 @@ inline Level LoadLevel(const MarchParameters& p, int level)
   r.Edge = WithFourth(p.Dimensions[3] * Load(p.LevelFactor[l]), 1);
   r.Bricks = WithFourth(Load(p.LevelBricks[l]), 1);
   r.Base = p.LevelFactor[l][3];
+  r.Depth = p.LevelBricks[l][3];
   r.Begin = level > static_cast<int>(p.Levels[1]) ? p.LevelStart[l][0] : -FarAway;
   r.End = level < static_cast<int>(p.Levels[2]) ? p.LevelStart[l + 1][0] : FarAway;
   return r;
@@ -183,10 +185,10 @@ inline Found Translate(
 {
   const MarchParameters& p = *scene.Parameters;
   Found found;
-  const auto depth = static_cast<int>(p.Levels[3]);
-  const std::uint32_t shift = shared::PAGE_SHIFT * static_cast<std::uint32_t>(depth);
-  const std::uint32_t columns = shared::PagesAlong(level.Bricks[0], p.Levels[3]);
-  const std::uint32_t rows = shared::PagesAlong(level.Bricks[1], p.Levels[3]);
+  const auto depth = static_cast<int>(level.Depth);
+  const std::uint32_t shift = shared::PAGE_SHIFT * level.Depth;
+  const std::uint32_t columns = shared::PagesAlong(level.Bricks[0], level.Depth);
+  const std::uint32_t rows = shared::PagesAlong(level.Bricks[1], level.Depth);
   std::size_t entry = level.Base + (brick[0] >> shift) +
     std::size_t{ columns } * ((brick[1] >> shift) + std::size_t{ rows } * (brick[2] >> shift));
   for (int k = depth; k >= 0; --k)
@@ -225,7 +227,7 @@ inline Found Translate(
     }
     Stamp(scene.UsedBlocks, found.Slot);
     const std::uint32_t down = shared::PAGE_SHIFT * static_cast<std::uint32_t>(k - 1);
-    entry = p.LevelBricks[0][3] + std::size_t{ found.Slot } * shared::PAGE_BLOCK_ENTRIES +
+    entry = p.Levels[3] + std::size_t{ found.Slot } * shared::PAGE_BLOCK_ENTRIES +
       shared::IndexInBlock(brick[0] >> down, brick[1] >> down, brick[2] >> down);
   }
   found.Kind = FoundKind::Mapped;

@@ -13,9 +13,9 @@ layout(std140, binding = 0) uniform View
   vec4 u_rayWorld[3];     // xyz: length in dataset space per unit of view depth, likewise
   uvec4 u_anchor;         // xyz: integer point of level 0
   uvec4 u_dimensions;     // xyz: voxels of level 0; w: brick size
-  uvec4 u_levels;         // x: number of levels, y: minimum, z: maximum level, w: page depth
+  uvec4 u_levels; // x: number of levels, y: minimum, z: maximum level; w: entries of the directory
   uvec4 u_levelFactor[MAXIMUM_LEVELS]; // xyz: downsampling factors; w: base in the page directory
-  uvec4 u_levelBricks[MAXIMUM_LEVELS]; // xyz: bricks along each axis
+  uvec4 u_levelBricks[MAXIMUM_LEVELS]; // xyz: bricks along each axis; w: page depth
   vec4 u_levelStart[MAXIMUM_LEVELS];   // x: view depth where the level begins
   uvec4 u_atlas;                       // xyz: slots per axis; w: stored size of a brick
   vec4 u_value;     // x, y: data value = x * texel + (y + z); z: low part of the offset

@@ -40,7 +40,7 @@ Found Nothing()
 Found Translate(Level level, uvec3 brick)
 {
   Found found = Nothing();
-  int depth = int(u_levels.w);
+  int depth = int(level.depth);
   uint shift = PAGE_SHIFT * uint(depth);
   uvec3 page = brick >> shift;
   uint columns = PagesAlong(level.bricks.x, uint(depth));
@@ -89,8 +89,7 @@ Found Translate(Level level, uvec3 brick)
     }
     Stamp(u_limits.z + found.slot);
     uvec3 child = brick >> (PAGE_SHIFT * uint(k - 1));
-    uint directory = u_levelBricks[0].w;
-    entry = directory + found.slot * PAGE_BLOCK_ENTRIES + IndexInBlock(child.x, child.y, child.z);
+    entry = u_levels.w + found.slot * PAGE_BLOCK_ENTRIES + IndexInBlock(child.x, child.y, child.z);
   }
   return found;
 }

@@ -45,6 +45,7 @@ struct Level
   uvec3 edge;   // of a brick, in voxels of level 0
   uvec3 bricks; // along each axis
   uint base;    // in the page directory
+  uint depth;   // page levels below the directory
   float begin;  // depths
   float end;
 };
@@ -55,6 +56,7 @@ Level LoadLevel(int level)
   l.edge = u_dimensions.w * u_levelFactor[level].xyz;
   l.bricks = u_levelBricks[level].xyz;
   l.base = u_levelFactor[level].w;
+  l.depth = u_levelBricks[level].w;
   l.begin = level > int(u_levels.y) ? u_levelStart[level].x : -3.0e38;
   l.end = level < int(u_levels.z) ? u_levelStart[level + 1].x : 3.0e38;
   return l;

@@ -28,7 +28,7 @@ struct SimulatedVolume
   unsigned SingleShare = 0; ///< bricks per 16 of one value
   std::set<BrickKey> Failing;
   std::set<BrickKey> FailingBlocks;
-  bool KnowsRegions = true; ///< ranges of regions; else only of bricks
+  bool KnowsRegions = true; ///< exact ranges of regions; else one that fits all bricks
 
   static constexpr double VisibleFrom = 100;
 
@@ -64,7 +64,7 @@ struct SimulatedVolume
     }
     if (!this->KnowsRegions)
     {
-      return ValueRange::Unknown();
+      return { 1, 200 };
     }
     ValueRange range = ValueRange::Void();
     for (const BrickKey& child : Children(key))
@@ -93,7 +93,7 @@ struct SimulatedVolume
   {
     for (int l = 0; l < this->Layout.NumberOfLevels(); ++l)
     {
-      const int depth = this->Layout.PageDepth();
+      const int depth = this->Layout.PageDepth(l);
       const Int3 n = this->Layout.Pages(l, depth);
       std::vector<ValueRange> ranges;
       BrickKey key;
@@ -299,7 +299,8 @@ struct SimulationSettings
   std::size_t MostOnHost = 1u << 30; ///< bricks and page blocks
   std::size_t MostRequests = 4096;   ///< entries of the request table; what is beyond is lost
   std::size_t LimitUploads = ~std::size_t{ 0 };
-  int StepsPerPass = 64; ///< bricks that a ray may pass before its pass is long enough
+  std::uint64_t ViewError = 0; ///< modulo 3: the boxes of bricks in view are right, all, too few
+  int StepsPerPass = 64;       ///< bricks that a ray may pass before its pass is long enough
   std::uint64_t MostSteps = 30000;
 };
 
@@ -375,6 +376,7 @@ public:
       this->Rays.push_back(
         { BricksAlong(this->Volume.Layout, camera, camera.Origins[r], camera.Directions[r]) });
     }
+    this->SetBricksInView();
     this->Result.Visited.resize(this->Rays.size());
   }
 
@@ -437,6 +439,39 @@ private:
     }
   }
 
+  // The bricks that the rays meet; or, as an error, all or half of them: that may cost entries or
+  // passes, but changes nothing else.
+  void SetBricksInView()
+  {
+    const auto levels = static_cast<std::size_t>(this->Volume.Layout.NumberOfLevels());
+    this->Order.InView.assign(levels, { { 0, 0, 0 }, { 0, 0, 0 } });
+    for (const Ray& ray : this->Rays)
+    {
+      for (const BrickKey& brick : ray.Bricks)
+      {
+        BrickBox& box = this->Order.InView[brick.Level];
+        const Int3 at{ brick.X, brick.Y, brick.Z };
+        const bool first = box.High[0] == 0;
+        for (std::size_t a = 0; a < 3; ++a)
+        {
+          box.Low[a] = first ? at[a] : std::min(box.Low[a], at[a]);
+          box.High[a] = std::max(box.High[a], at[a] + 1);
+        }
+      }
+    }
+    if (this->Settings.ViewError % 3 == 1)
+    {
+      this->Order.InView.clear();
+    }
+    else if (this->Settings.ViewError % 3 == 2)
+    {
+      for (BrickBox& box : this->Order.InView)
+      {
+        box.Low[0] = (box.Low[0] + box.High[0]) / 2;
+      }
+    }
+  }
+
   bool Carry(const FramePlan& plan)
   {
     std::string text;
@@ -476,10 +511,6 @@ private:
         this->Complain(request.Key.ToString() + " is requested twice");
       }
       this->CheckRequest(request.Key);
-      if (this->Table.IsTrunk(request.Key))
-      {
-        this->Complain(request.Key.ToString() + " is known and requested");
-      }
     }
     for (const LoadResult& failure : plan.Failures)
     {
@@ -539,7 +570,7 @@ private:
   Found Translate(const BrickKey& brick, Feedback& feedback, std::uint32_t& slot)
   {
     const PyramidLayout& layout = this->Volume.Layout;
-    const int depth = layout.PageDepth();
+    const int depth = layout.PageDepth(brick.Level);
     const Int3 n = layout.Pages(brick.Level, depth);
     std::vector<BrickKey> way{ brick };
     while (way.back().PageLevel < depth)

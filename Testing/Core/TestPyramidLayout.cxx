@@ -36,12 +36,12 @@ TEST(PyramidLayout, SartonsExampleWithOneLevelOfVirtualisation)
   {
     EXPECT_EQ(x, sideBySide[static_cast<std::size_t>(l)]);
     EXPECT_EQ(layout.DirectoryBase(l), inMemory[static_cast<std::size_t>(l)]);
-    x += layout.Pages(l, layout.PageDepth())[0];
+    x += layout.Pages(l, layout.PageDepth(l))[0];
   }
   EXPECT_EQ(layout.DirectoryEntries(), 11);
   // Level 0, p = [1/8, 1/4, 0], the brick at [2, 0, 0] of the cache: the voxel lies at [3, 1, 0].
   const Int3 voxel{ 8 / 8, 4 / 4, 0 };
-  const Int3 entry = layout.PageOf(voxel, layout.PageDepth());
+  const Int3 entry = layout.PageOf(voxel, layout.PageDepth(0));
   EXPECT_EQ(entry, (Int3{ 0, 0, 0 }));
   const Int3 slot{ 2, 0, 0 };
   EXPECT_EQ(slot[0] + voxel[0] - entry[0] * layout.BrickSize(), 3);
@@ -138,7 +138,11 @@ TEST(PyramidLayout, InvariantsOfRandomVolumes)
     for (int l = 0; l < layout.NumberOfLevels(); ++l)
     {
       EXPECT_EQ(layout.DirectoryBase(l), entries);
-      const Int3 pages = layout.Pages(l, layout.PageDepth());
+      const int depth = layout.PageDepth(l);
+      EXPECT_GE(depth, 1);
+      EXPECT_LE(depth, layout.PageDepth());
+      const Int3 pages = layout.Pages(l, depth);
+      EXPECT_LE(pages[0] * pages[1] * pages[2], 128);
       entries += pages[0] * pages[1] * pages[2];
       for (std::size_t a = 0; a < 3; ++a)
       {
@@ -149,12 +153,30 @@ TEST(PyramidLayout, InvariantsOfRandomVolumes)
         Int3 last{ 0, 0, 0 };
         last[a] = n - 1;
         EXPECT_EQ(layout.PageOf(last, 0)[a], layout.Bricks(l)[a] - 1);
-        EXPECT_EQ(layout.PageOf(last, layout.PageDepth())[a], pages[a] - 1);
+        EXPECT_EQ(layout.PageOf(last, depth)[a], pages[a] - 1);
         EXPECT_EQ(layout.PageOf(last, 1)[a], layout.PageOf(last, 0)[a] / PageBlockEdge);
       }
     }
     EXPECT_EQ(layout.DirectoryEntries(), entries);
   }
+}
+
+// Contract 4: a level of a huge volume is addressed like the same level of a small one.
+TEST(PyramidLayout, DepthFollowsFromTheLevelAlone)
+{
+  const PyramidLayout small = PyramidLayout::MakeDefault({ 512, 512, 512 }, Isotropic, 32).Value();
+  const std::int64_t edge = std::int64_t{ 1 } << 30;
+  const PyramidLayout large =
+    PyramidLayout::MakeDefault({ edge, edge, edge }, Isotropic, 32).Value();
+  const int coarser = large.NumberOfLevels() - small.NumberOfLevels();
+  for (int l = 0; l < small.NumberOfLevels(); ++l)
+  {
+    EXPECT_EQ(small.Bricks(l), large.Bricks(l + coarser));
+    EXPECT_EQ(small.PageDepth(l), 1);
+    EXPECT_EQ(large.PageDepth(l + coarser), 1);
+  }
+  EXPECT_GE(large.PageDepth(0), 4);
+  EXPECT_EQ(large.PageDepth(), large.PageDepth(0));
 }
 
 } // namespace teravox

@@ -3,6 +3,7 @@
 #include "Effort.h"
 #include "SimulatedRenderer.h"
 
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <iostream>
@@ -125,6 +126,7 @@ TEST(Residency, EveryRayReachesItsEndWithAnyAtlas)
     const auto expected = Expected(volume, camera);
     SimulationSettings settings;
     settings.Seed = seed;
+    settings.ViewError = seed;
     settings.Slots = Unlimited;
     settings.PageBlocks = 64;
     const SimulationResult whole = Simulate(volume, camera, settings);
@@ -159,6 +161,7 @@ TEST(Residency, SixteenSlotsLoadEachBrickAboutOnce)
     const SimulatedCamera camera = Camera(volume.Layout, seed, 16);
     SimulationSettings settings;
     settings.Seed = seed;
+    settings.ViewError = seed;
     settings.Slots = 16;
     settings.PageBlocks = 64;
     const SimulationResult result = Simulate(volume, camera, settings);
@@ -184,6 +187,7 @@ TEST(Residency, ArrivalOrdersChangeNoRay)
     {
       SimulationSettings settings;
       settings.Seed = seed;
+      settings.ViewError = seed;
       settings.Slots = 16;
       settings.PageBlocks = seed % 2 == 0 ? 64 : 0;
       settings.LoaderThreads = static_cast<int>(1 + seed);
@@ -236,6 +240,7 @@ TEST(Residency, TheSmallestHostBudgetDoesNotBlock)
         {
           SimulationSettings settings;
           settings.Seed = seed;
+          settings.ViewError = seed;
           settings.Slots = slots;
           settings.LoaderThreads = 4;
           settings.MostOnHost = most;
@@ -391,6 +396,7 @@ TEST(Residency, ManyPageBlocksThroughTheSmallestPool)
       SimulationSettings settings;
       settings.Slots = slots;
       settings.Seed = seed;
+      settings.ViewError = seed;
       settings.FinishChance = 0.9;
       const SimulationResult result = Simulate(volume, camera, settings);
       ASSERT_EQ(result.Error, "") << "seed " << seed << ", " << slots << " slots";
@@ -400,7 +406,8 @@ TEST(Residency, ManyPageBlocksThroughTheSmallestPool)
   }
 }
 
-// Contract 4: the same flight through a cube of 512 voxels, alone and somewhere in 2^30 per axis.
+// Contract 4: the same flight in a cube of 512 voxels and in one of 2^30 per axis. Near: through
+// 512 voxels of level 0 anywhere in it. Far: towards the whole of it.
 TEST(Residency, OperationsPerFrameDoNotGrowWithTheVolume)
 {
   struct Operations
@@ -410,9 +417,8 @@ TEST(Residency, OperationsPerFrameDoNotGrowWithTheVolume)
     double FirstPasses = 0;
     double Flight = 0;
     std::uint64_t Uploads = 0;
-    int Depth = 0;
   };
-  const auto measure = [](std::int64_t edge, double offset)
+  const auto measure = [](std::int64_t edge, bool near)
   {
     SimulatedVolume volume;
     volume.Layout = PyramidLayout::MakeDefault({ edge, edge, edge }, { 1, 1, 1 }, 16).Value();
@@ -424,19 +430,22 @@ TEST(Residency, OperationsPerFrameDoNotGrowWithTheVolume)
     settings.LoaderThreads = 8;
     std::optional<SimulatedRenderer> renderer;
     Operations operations;
-    for (int frame = 0; frame < 16; ++frame)
+    const double scale = near ? 1.0 : static_cast<double>(edge) / 512;
+    const double offset = near && edge > 512 ? 8192.0 * 54321 : 0.0;
+    for (int frame = 0; frame < (near ? 16 : 4); ++frame)
     {
       std::mt19937_64 random(9);
       SimulatedCamera camera;
-      camera.Order.Eye = { offset + 259.3, offset + 257.2, offset + 5.3 + 8 * frame };
-      for (int i = 0; i < 200; ++i)
+      camera.Order.Eye = { offset + scale * 259.3, offset + scale * 257.2,
+        offset + scale * ((near ? 5.3 : -600.3) + 8 * frame) };
+      for (int i = 0; i < (near ? 200 : 50); ++i)
       {
         camera.Origins.push_back(camera.Order.Eye);
         camera.Directions.push_back(
           { Uniform(random, -0.4, 0.4), Uniform(random, -0.4, 0.4), 1.0 });
       }
-      camera.FirstLevelDepth = 100;
-      camera.End = 350;
+      camera.FirstLevelDepth = near ? 100 : 800;
+      camera.End = near ? 350 : camera.End;
       if (renderer)
       {
         renderer->SetCamera(camera);
@@ -458,23 +467,62 @@ TEST(Residency, OperationsPerFrameDoNotGrowWithTheVolume)
         operations.FirstPasses = static_cast<double>(result.Passes);
       }
     }
-    operations.Depth = volume.Layout.PageDepth();
     return operations;
   };
-  const Operations small = measure(512, 0);
-  const Operations large = measure(1 << 30, 8192.0 * 54321);
-  std::cout << "entries, requests and uploads, 2^9 and 2^30: first picture " << small.First << ", "
-            << large.First << "; flight " << small.Flight << ", " << large.Flight
-            << "; bytes of the first picture " << small.FirstBytes << ", " << large.FirstBytes
-            << "; passes " << small.FirstPasses << ", " << large.FirstPasses << "\n";
-  EXPECT_EQ(small.Uploads, large.Uploads);
-  EXPECT_LE(large.Flight, 1.2 * small.Flight);
-  EXPECT_LE(large.FirstBytes, 1.2 * small.FirstBytes);
-  EXPECT_LE(large.FirstPasses, 1.2 * small.FirstPasses);
-  // From nothing, the blocks on the way down to the three levels in view are loaded once. That is
-  // the logarithm of the volume, and doesn't grow with the picture.
-  const double blocks = 3.0 * (large.Depth - small.Depth);
-  EXPECT_LE(large.First, 1.2 * small.First + blocks * PageTable::EntriesPerBlock);
+  for (const bool near : { true, false })
+  {
+    const Operations small = measure(512, near);
+    const Operations large = measure(1 << 30, near);
+    std::cout << (near ? "near" : "far")
+              << ": entries, requests and uploads, 2^9 and 2^30: first picture " << small.First
+              << ", " << large.First << "; flight " << small.Flight << ", " << large.Flight
+              << "; bytes of the first picture " << small.FirstBytes << ", " << large.FirstBytes
+              << "; passes " << small.FirstPasses << ", " << large.FirstPasses << "\n";
+    EXPECT_EQ(small.Uploads, large.Uploads);
+    EXPECT_LE(large.First, 1.2 * small.First);
+    EXPECT_LE(large.Flight, 1.2 * small.Flight);
+    EXPECT_LE(large.FirstBytes, 1.2 * small.FirstBytes);
+    EXPECT_LE(large.FirstPasses, 1.2 * small.FirstPasses);
+  }
+}
+
+// What lies outside of the boxes of bricks in view is found all the same, through eight page levels
+// and in the smallest pool.
+TEST(Residency, RegionsThatAreTakenForOutOfViewAreFound)
+{
+  SimulatedVolume volume;
+  const std::int64_t edge = std::int64_t{ 1 } << 30;
+  volume.Layout = PyramidLayout::MakeDefault({ edge, edge, edge }, { 1, 1, 1 }, 16).Value();
+  volume.KnowsRegions = false;
+  volume.EmptyShare = 5;
+  ASSERT_GE(volume.Layout.PageDepth(), 8);
+  SimulatedCamera camera;
+  std::mt19937_64 random(11);
+  // Around a corner of page blocks of all levels.
+  camera.Order.Eye = { 536870890.3, 536870930.2, 536870805.7 };
+  for (int i = 0; i < 20; ++i)
+  {
+    camera.Origins.push_back(camera.Order.Eye);
+    camera.Directions.push_back({ Uniform(random, -0.4, 0.4), Uniform(random, -0.4, 0.4), 1.0 });
+  }
+  camera.FirstLevelDepth = 100;
+  camera.End = 350;
+  std::array<std::uint64_t, 3> entries{};
+  for (const std::uint32_t blocks : { 0u, 64u })
+  {
+    for (std::uint64_t error = 0; error < 3; ++error)
+    {
+      SimulationSettings settings;
+      settings.Slots = 64;
+      settings.PageBlocks = blocks;
+      settings.ViewError = error;
+      const SimulationResult result = Simulate(volume, camera, settings);
+      ASSERT_EQ(result.Error, "") << blocks << " page blocks, error " << error;
+      ASSERT_EQ(result.Visited, Expected(volume, camera));
+      entries[error] = result.EntriesUploaded;
+    }
+  }
+  EXPECT_LT(entries[0], entries[1]) << "entries out of view are written";
 }
 
 // Each ray meets its bricks by increasing rank, on which order and eviction rest.

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "MarchParameters.h"
 #include "PyramidLayout.h"
-#include "RayMarcher.h"
 #include "Residency.h"
 
 #include <array>

@@ -10,18 +10,20 @@ TexelFormat TexelFormat::Choose(ScalarType type)
   switch (type)
   {
     case ScalarType::UInt8:
+      return { 1, false, 1, 0 };
     case ScalarType::Int8:
-      return { 1, false };
+      return { 1, false, 1, -128 };
     case ScalarType::UInt16:
+      return { 2, false, 1, 0 };
     case ScalarType::Int16:
-      return { 2, false };
+      return { 2, false, 1, -32768 };
     case ScalarType::Float32:
-      return { 4, false };
+      return { 4, false, 1, 0 };
     case ScalarType::UInt32:
     case ScalarType::Int32:
     case ScalarType::Float64:
     default:
-      return { 4, true };
+      return { 4, true, 1, 0 };
   }
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "AtlasPlan.h"
+#include "BrickTexels.h"
 #include "GLObjects.h"
 #include "NativeAtlas.h"
 #include "PageTable.h"

@@ -279,7 +279,8 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
   parameters.Atlas = { static_cast<std::uint32_t>(n[0]), static_cast<std::uint32_t>(n[1]),
     static_cast<std::uint32_t>(n[2]),
     static_cast<std::uint32_t>(this->Source_->Info().Layout.StoredSize()) };
-  parameters.Value = { static_cast<float>(this->Plan_.Native ? format.NativeScale() : format.Scale),
+  parameters.Value = { static_cast<float>(
+                         this->Plan_.Native ? format.Scale : format.NormalizedScale),
     static_cast<float>(format.Offset), 0.0f, 0.0f };
   const auto low = static_cast<float>(this->Transfer.Low);
   parameters.Transfer = { low, static_cast<float>(this->Transfer.Low - static_cast<double>(low)),
@@ -325,7 +326,7 @@ Status VolumeEngine::RunPasses(
   ShaderVariant variant;
   variant.Nearest = request.Nearest;
   variant.FixedStep = !request.Nearest && request.Tolerance <= 0;
-  variant.FloatData = this->Atlas->Format().DataType == GL_FLOAT;
+  variant.FloatData = this->Atlas->Format().IsFloat();
   variant.SlotTable = this->Atlas->Format().Relative;
   variant.Shade = request.Shade;
   variant.Interactive = !request.Converge;

@@ -2,14 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "VoxelFormat.h"
 
-#include "AtlasPlan.h"
-
-#include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <limits>
-#include <type_traits>
-
 namespace teravox
 {
 
@@ -23,11 +15,13 @@ VoxelFormat VoxelFormat::Choose(ScalarType type)
       format.InternalFormat = GL_R8;
       format.DataType = GL_UNSIGNED_BYTE;
       format.CellFormat = GL_RG8;
+      format.NormalizedScale = 255;
       break;
     case 2:
       format.InternalFormat = GL_R16;
       format.DataType = GL_UNSIGNED_SHORT;
       format.CellFormat = GL_RG16;
+      format.NormalizedScale = 65535;
       break;
     default:
       format.InternalFormat = GL_R32F;
@@ -35,174 +29,7 @@ VoxelFormat VoxelFormat::Choose(ScalarType type)
       format.CellFormat = GL_RG32F;
       break;
   }
-  switch (type)
-  {
-    case ScalarType::UInt8:
-    case ScalarType::Int8:
-      format.Scale = 255;
-      format.Offset = type == ScalarType::Int8 ? -128 : 0;
-      break;
-    case ScalarType::UInt16:
-    case ScalarType::Int16:
-      format.Scale = 65535;
-      format.Offset = type == ScalarType::Int16 ? -32768 : 0;
-      break;
-    default:
-      break;
-  }
   return format;
-}
-
-namespace
-{
-template <typename T>
-void ConvertIntegers(const Brick& brick, ConvertedBrick& out)
-{
-  using Unsigned = std::make_unsigned_t<T>;
-  // Flipping the sign bit adds half the range: the order of values is that of unsigned numbers.
-  constexpr Unsigned flip = std::is_signed_v<T>
-    ? static_cast<Unsigned>(Unsigned{ 1 } << (sizeof(T) * 8 - 1))
-    : Unsigned{ 0 };
-  const std::size_t count = brick.Voxels.size() / sizeof(T);
-  const auto* in = reinterpret_cast<const Unsigned*>(brick.Voxels.data());
-  auto* texels = reinterpret_cast<Unsigned*>(out.Bytes.data());
-  for (std::size_t i = 0; i < count; ++i)
-  {
-    texels[i] = static_cast<Unsigned>(in[i] ^ flip);
-  }
-}
-
-template <typename T>
-void ConvertRelative(const Brick& brick, ConvertedBrick& out)
-{
-  const std::size_t count = brick.Voxels.size() / sizeof(T);
-  const auto* in = reinterpret_cast<const T*>(brick.Voxels.data());
-  ValueRange range = ValueRange::Void();
-  for (std::size_t i = 0; i < count; ++i)
-  {
-    if (std::isfinite(static_cast<double>(in[i])))
-    {
-      range.Include(static_cast<double>(in[i]));
-    }
-  }
-  const double low = range.IsVoid() ? 0 : range.Min;
-  // Scale first rounded to what the shader multiplies with, so that the ends map to 0 and about 1.
-  out.Scale = range.IsVoid() ? 1 : static_cast<float>(range.Max - range.Min);
-  out.Scale = out.Scale > 0 ? out.Scale : 1;
-  out.OffsetHigh = static_cast<float>(low);
-  out.OffsetLow = static_cast<float>(low - static_cast<double>(out.OffsetHigh));
-  auto* texels = reinterpret_cast<float*>(out.Bytes.data());
-  const double inverse = 1.0 / static_cast<double>(out.Scale);
-  for (std::size_t i = 0; i < count; ++i)
-  {
-    texels[i] = static_cast<float>((static_cast<double>(in[i]) - low) * inverse);
-  }
-}
-// Least and largest texel per cell: first along x for all rows, then over rows and slices, so that
-// each voxel is read about twice.
-template <typename T>
-void FindCells(int stored, ConvertedBrick& out)
-{
-  const int inner = stored - 2 * BrickBorder;
-  const int cells = static_cast<int>(CeilDiv(inner, CellEdge));
-  const auto* texels = reinterpret_cast<const T*>(out.Bytes.data());
-  const auto count = static_cast<std::size_t>(cells);
-  out.Cells.resize(count * count * count * 2 * sizeof(T));
-  auto* ranges = reinterpret_cast<T*>(out.Cells.data());
-  // Voxels from 8 c - 1 to 8 c + 8 of the inner brick, as indices of the stored one.
-  const auto first = [](int c) { return c * CellEdge - 1 + BrickBorder; };
-  const auto last = [inner](int c)
-  { return std::min(c * CellEdge + CellEdge, inner) + BrickBorder; };
-  constexpr T high = std::numeric_limits<T>::max();
-  constexpr T low = std::numeric_limits<T>::lowest();
-  std::fill_n(ranges, count * count * count * 2, high);
-  for (std::size_t i = 1; i < count * count * count * 2; i += 2)
-  {
-    ranges[i] = low;
-  }
-  std::vector<T> row(count * 2);
-  for (int z = 0; z < stored; ++z)
-  {
-    for (int y = 0; y < stored; ++y)
-    {
-      const T* line = texels +
-        (static_cast<std::size_t>(z) * static_cast<std::size_t>(stored) +
-          static_cast<std::size_t>(y)) *
-          static_cast<std::size_t>(stored);
-      for (int c = 0; c < cells; ++c)
-      {
-        T least = high;
-        T largest = low;
-        for (int x = first(c); x <= last(c); ++x)
-        {
-          // Comparisons with NaN are false: it is left out.
-          least = line[x] < least ? line[x] : least;
-          largest = line[x] > largest ? line[x] : largest;
-        }
-        row[2 * static_cast<std::size_t>(c)] = least;
-        row[2 * static_cast<std::size_t>(c) + 1] = largest;
-      }
-      for (int cz = 0; cz < cells; ++cz)
-      {
-        if (z < first(cz) || z > last(cz))
-        {
-          continue;
-        }
-        for (int cy = 0; cy < cells; ++cy)
-        {
-          if (y < first(cy) || y > last(cy))
-          {
-            continue;
-          }
-          T* cell = ranges +
-            2 * (static_cast<std::size_t>(cz) * count + static_cast<std::size_t>(cy)) * count;
-          for (std::size_t c = 0; c < count * 2; c += 2)
-          {
-            cell[c] = std::min(cell[c], row[c]);
-            cell[c + 1] = std::max(cell[c + 1], row[c + 1]);
-          }
-        }
-      }
-    }
-  }
-}
-} // namespace
-
-ConvertedBrick ConvertBrick(const Brick& brick, const VoxelFormat& format)
-{
-  ConvertedBrick out;
-  const std::size_t count = brick.Voxels.size() / SizeOf(brick.Type);
-  out.Bytes.resize(count * format.BytesPerTexel);
-  DispatchScalarType(brick.Type,
-    [&](auto zero)
-    {
-      using T = decltype(zero);
-      if constexpr (std::is_integral_v<T> && sizeof(T) <= 2)
-      {
-        ConvertIntegers<T>(brick, out);
-      }
-      else if constexpr (std::is_same_v<T, float>)
-      {
-        std::memcpy(out.Bytes.data(), brick.Voxels.data(), out.Bytes.size());
-      }
-      else
-      {
-        ConvertRelative<T>(brick, out);
-      }
-    });
-  switch (format.BytesPerTexel)
-  {
-    case 1:
-      FindCells<std::uint8_t>(brick.StoredSize, out);
-      break;
-    case 2:
-      FindCells<std::uint16_t>(brick.StoredSize, out);
-      break;
-    default:
-      FindCells<float>(brick.StoredSize, out);
-      break;
-  }
-  return out;
 }
 
 } // namespace teravox

@@ -290,7 +290,7 @@ Drawn PlaceBySource(const std::shared_ptr<teravox::BrickSource>& source)
 {
   const teravox::VolumeInfo& info = source->Info();
   const Matrix4 place = IndexToDataset(info.Origin, info.Spacing, info.Direction.data());
-  return { source, teravox::Multiply(place, ScaleAndShift({ 1, 1, 1 }, { -0.5, -0.5, -0.5 })),
+  return { source, teravox::MultiplyMatrices(place, ScaleAndShift({ 1, 1, 1 }, { -0.5, -0.5, -0.5 })),
     info.CellData };
 }
 
@@ -321,7 +321,7 @@ Drawn PlaceByImage(vtkImageData* image, vtkBrickSource* holder)
     scale[a] = 1.0 / static_cast<double>(factor[a]);
     shift[a] = extent[2 * a] - static_cast<double>(first[a]) - half;
   }
-  return { source, teravox::Multiply(ImageToDataset(image), ScaleAndShift(scale, shift)),
+  return { source, teravox::MultiplyMatrices(ImageToDataset(image), ScaleAndShift(scale, shift)),
     info.CellData };
 }
 } // namespace
@@ -356,7 +356,7 @@ static Drawn FindDrawn(vtkBrickSource* explicitSource, vtkImageData* image, vtkD
   drawn.CellData = cellFlag != 0;
   const int* extent = image->GetExtent();
   const double half = drawn.CellData ? 0.0 : 0.5;
-  drawn.DatasetFromVoxel = teravox::Multiply(ImageToDataset(image),
+  drawn.DatasetFromVoxel = teravox::MultiplyMatrices(ImageToDataset(image),
     ScaleAndShift({ 1, 1, 1 }, { extent[0] - half, extent[2] - half, extent[4] - half }));
   return drawn;
 }

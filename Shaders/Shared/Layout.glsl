@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // Numbers and address arithmetic that both the C++ and the GLSL compiler read. Pure functions of
-// uint; no samplers, no uniforms. C++ includes it through Module/GPU/SharedLayout.h.
+// uint; no samplers, no uniforms. C++ includes it through Module/Core/SharedLayout.h.
 
 // States of a page entry, in the two upper bits of its first word.
 const uint PAGE_UNMAPPED = 0u;

@@ -28,11 +28,11 @@ TEST(TexelFormat, RequestsSayAllThatFollowsFromTheFormat)
   const AtlasRequest bytes = AtlasRequest::For(TexelFormat::Choose(ScalarType::UInt8), 4, 100, 50);
   EXPECT_EQ(bytes.BytesPerTexel, 4u);
   EXPECT_FALSE(bytes.SlotTable);
-  EXPECT_EQ(bytes.ReservedBytes, 100u * 50 * 56 + 8 * 12 + TableBytesReserved);
+  EXPECT_EQ(bytes.ReservedBytes, 100u * 50 * RayStateBytesPerPixel + 8 * 12 + TableBytesReserved);
   const AtlasRequest doubles = AtlasRequest::For(TexelFormat::Choose(ScalarType::Float64), 1, 1, 1);
   EXPECT_EQ(doubles.BytesPerTexel, 4u);
   EXPECT_TRUE(doubles.SlotTable);
-  EXPECT_EQ(doubles.ReservedBytes, 56 + 12 + TableBytesReserved);
+  EXPECT_EQ(doubles.ReservedBytes, RayStateBytesPerPixel + 12 + TableBytesReserved);
 }
 
 } // namespace teravox

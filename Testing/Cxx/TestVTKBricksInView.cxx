@@ -84,9 +84,9 @@ TEST(Contract4, BricksOutOfViewMeetNoRay)
     const std::vector<BrickBox>& boxes = geometry.Order.InView;
     ASSERT_EQ(boxes.size(), static_cast<std::size_t>(layout.NumberOfLevels()));
 
-    const Matrix4 viewFromClip = Invert(input.ClipFromView).Value();
-    const Matrix4 voxelFromView = Invert(
-      Multiply(input.ViewFromWorld, Multiply(input.WorldFromDataset, input.DatasetFromVoxel)))
+    const Matrix4 viewFromClip = InvertMatrix(input.ClipFromView).Value();
+    const Matrix4 voxelFromView = InvertMatrix(
+      MultiplyMatrices(input.ViewFromWorld, MultiplyMatrices(input.WorldFromDataset, input.DatasetFromVoxel)))
                                     .Value();
     for (int i = 0; i < 2000; ++i)
     {

@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace teravox
 {
 
-Matrix4 Multiply(const Matrix4& a, const Matrix4& b)
+Matrix4 MultiplyMatrices(const Matrix4& a, const Matrix4& b)
 {
   Matrix4 c{};
   for (std::size_t i = 0; i < 4; ++i)
@@ -25,7 +27,7 @@ Matrix4 Multiply(const Matrix4& a, const Matrix4& b)
   return c;
 }
 
-Result<Matrix4> Invert(const Matrix4& m)
+Result<Matrix4> InvertMatrix(const Matrix4& m)
 {
   // Gauss-Jordan with row pivoting; rows are scaled first, because world units may be metres or
   // nanometres.
@@ -173,7 +175,7 @@ std::array<int, 4> VisibleRectangle(
   const ViewInput& input, const Matrix4& worldFromVoxel, const Int3& dims)
 {
   const Matrix4 clipFromVoxel =
-    Multiply(input.ClipFromView, Multiply(input.ViewFromWorld, worldFromVoxel));
+    MultiplyMatrices(input.ClipFromView, MultiplyMatrices(input.ViewFromWorld, worldFromVoxel));
   const std::array<int, 2> size{ input.Width, input.Height };
   std::array<double, 2> low{ 1, 1 };
   std::array<double, 2> high{ -1, -1 };
@@ -259,12 +261,12 @@ std::vector<BrickBox> BricksInView(const PyramidLayout& layout, const LevelDepth
 
 Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewInput& input)
 {
-  const auto viewFromClip = Invert(input.ClipFromView);
-  const auto worldFromView = Invert(input.ViewFromWorld);
-  const Matrix4 worldFromVoxel = Multiply(input.WorldFromDataset, input.DatasetFromVoxel);
-  const auto voxelFromWorld = Invert(worldFromVoxel);
-  const auto voxelFromDataset = Invert(input.DatasetFromVoxel);
-  const auto datasetFromWorld = Invert(input.WorldFromDataset);
+  const auto viewFromClip = InvertMatrix(input.ClipFromView);
+  const auto worldFromView = InvertMatrix(input.ViewFromWorld);
+  const Matrix4 worldFromVoxel = MultiplyMatrices(input.WorldFromDataset, input.DatasetFromVoxel);
+  const auto voxelFromWorld = InvertMatrix(worldFromVoxel);
+  const auto voxelFromDataset = InvertMatrix(input.DatasetFromVoxel);
+  const auto datasetFromWorld = InvertMatrix(input.WorldFromDataset);
   for (const auto* m :
     { &viewFromClip, &worldFromView, &voxelFromWorld, &voxelFromDataset, &datasetFromWorld })
   {
@@ -274,7 +276,7 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
     }
   }
   ViewGeometry g;
-  const Matrix4 voxelFromView = Multiply(voxelFromWorld.Value(), worldFromView.Value());
+  const Matrix4 voxelFromView = MultiplyMatrices(voxelFromWorld.Value(), worldFromView.Value());
   const Int3& dims = layout.Dimensions(0);
 
   // Everything about a ray is affine in the pixel.
@@ -293,7 +295,7 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   {
     const Double3 voxel{ i & 1 ? static_cast<double>(dims[0]) : 0.0,
       i & 2 ? static_cast<double>(dims[1]) : 0.0, i & 4 ? static_cast<double>(dims[2]) : 0.0 };
-    const Double3 view = Point(Multiply(input.ViewFromWorld, worldFromVoxel), voxel);
+    const Double3 view = Point(MultiplyMatrices(input.ViewFromWorld, worldFromVoxel), voxel);
     boxNear = std::min(boxNear, -view[2]);
     boxFar = std::max(boxFar, -view[2]);
   }
@@ -334,7 +336,7 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
     ToFloat(difference(Vector(voxelFromView, alongY.Direction), d, h)) };
   // Optical depth counts lengths in dataset space, as VTK does: a prop that is scaled keeps its
   // look.
-  const Matrix4 datasetFromView = Multiply(datasetFromWorld.Value(), worldFromView.Value());
+  const Matrix4 datasetFromView = MultiplyMatrices(datasetFromWorld.Value(), worldFromView.Value());
   const Double3 v = Vector(datasetFromView, corner.Direction);
   g.Parameters.RayWorld = { ToFloat(v),
     ToFloat(difference(Vector(datasetFromView, alongX.Direction), v, w)),

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "MarchParameters.h"
 #include "PyramidLayout.h"
-#include "RayMarcher.h"
 #include "Residency.h"
 
 #include <array>
@@ -13,9 +13,9 @@ namespace teravox
 
 using Matrix4 = std::array<double, 16>; ///< row-major, acts on column vectors
 
-Matrix4 Multiply(const Matrix4& a, const Matrix4& b);
+Matrix4 MultiplyMatrices(const Matrix4& a, const Matrix4& b);
 /// Errors: InvalidArgument if the matrix is singular.
-Result<Matrix4> Invert(const Matrix4& m);
+Result<Matrix4> InvertMatrix(const Matrix4& m);
 
 /// Camera and placement of one volume in one view.
 struct ViewInput

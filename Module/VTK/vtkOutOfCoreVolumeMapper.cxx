@@ -290,7 +290,8 @@ Drawn PlaceBySource(const std::shared_ptr<teravox::BrickSource>& source)
 {
   const teravox::VolumeInfo& info = source->Info();
   const Matrix4 place = IndexToDataset(info.Origin, info.Spacing, info.Direction.data());
-  return { source, teravox::MultiplyMatrices(place, ScaleAndShift({ 1, 1, 1 }, { -0.5, -0.5, -0.5 })),
+  return { source,
+    teravox::MultiplyMatrices(place, ScaleAndShift({ 1, 1, 1 }, { -0.5, -0.5, -0.5 })),
     info.CellData };
 }
 

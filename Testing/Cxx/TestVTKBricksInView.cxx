@@ -85,9 +85,10 @@ TEST(Contract4, BricksOutOfViewMeetNoRay)
     ASSERT_EQ(boxes.size(), static_cast<std::size_t>(layout.NumberOfLevels()));
 
     const Matrix4 viewFromClip = InvertMatrix(input.ClipFromView).Value();
-    const Matrix4 voxelFromView = InvertMatrix(
-      MultiplyMatrices(input.ViewFromWorld, MultiplyMatrices(input.WorldFromDataset, input.DatasetFromVoxel)))
-                                    .Value();
+    const Matrix4 voxelFromView =
+      InvertMatrix(MultiplyMatrices(input.ViewFromWorld,
+                     MultiplyMatrices(input.WorldFromDataset, input.DatasetFromVoxel)))
+        .Value();
     for (int i = 0; i < 2000; ++i)
     {
       const double x = uniform(-1, 1);

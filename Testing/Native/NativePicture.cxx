@@ -245,6 +245,9 @@ NativeScene PictureMaker::Parts::MakeScene()
   s.Integrals = this->Transfer.Integrals.front().data();
   s.Colors = this->Transfer.Colors.front().data();
   s.Occupied = this->Transfer.Occupied.data();
+  s.Extremes = this->Transfer.Extremes.front().data();
+  s.Blocks = this->Transfer.Blocks;
+  s.ExtremesBlock = TransferTable::ExtremesBlock;
   s.Width = this->Scene.Camera.Width;
   s.Height = this->Scene.Camera.Height;
   s.Color = this->View.Color.data();

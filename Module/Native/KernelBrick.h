@@ -347,9 +347,19 @@ void IntegrateBrick(
     }
     if (t >= spansFrom && (word >> bit & 1u) != 0)
     {
-      const Reach reach = LookAhead<T>(view, w, at, t, Min(t + spanStep * SpanPieces, t1));
-      float cost = 2.0f;
-      if (reach.End - t >= ShortestSpan * voxel)
+      const auto node = [&](float texel)
+      { return (texel * view.Scale + view.Offset) * c.Table.NodesPerUnit; };
+      // Most cells of a surface are out of the question by themselves.
+      T range[2];
+      __builtin_memcpy(range,
+        view.Cells +
+          static_cast<std::size_t>(x + view.CellsAlong * (y + view.CellsAlong * z)) * sizeof(range),
+        sizeof(range));
+      const bool even = IsEvenEnough(c, state, ray, spanStep, node(static_cast<float>(range[0])),
+        node(static_cast<float>(range[1])));
+      const Reach reach = even ? LookAhead<T>(view, w, at, t, Min(t + spanStep * SpanPieces, t1))
+                               : Reach{ stop, 0.0f, 0.0f };
+      if (even && reach.End - t >= ShortestSpan * voxel)
       {
         if (lot.Count != 0)
         {
@@ -359,9 +369,7 @@ void IntegrateBrick(
             return;
           }
         }
-        const auto node = [&](float texel)
-        { return (texel * view.Scale + view.Offset) * c.Table.NodesPerUnit; };
-        cost = IntegrateSpan<T, Shade>(
+        const float cost = IntegrateSpan<T, Shade>(
           c, state, ray, view, w, t, reach.End, node(reach.Least), node(reach.Largest));
         if (cost <= 1.0f)
         {

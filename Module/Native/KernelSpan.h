@@ -18,6 +18,8 @@ constexpr float PairWeight = 0.2f;
 constexpr float SpanBendWeight = 1.0f;
 constexpr float LitPairWeight = 0.4f;
 constexpr float UnseenWeight = 0.25f;
+// How much more may lie between the bounds of the extinction for samples to be tried.
+constexpr float MostUneven = 32.0f;
 
 // Position in nodes at eight places of a brick; NaN where a voxel has no value.
 template <typename T>
@@ -73,6 +75,17 @@ TERAVOX_INLINE float LargestLane(Floats v)
   return Max(b[0], b[1]);
 }
 
+// Whether samples `step` apart may find a field smooth whose values lie between two positions.
+TERAVOX_INLINE bool IsEvenEnough(
+  const Context& c, const State& state, const Ray& ray, float step, float least, float largest)
+{
+  float low = 0;
+  float high = 0;
+  ExtremesBetween(c.Table, least, largest, low, high);
+  return (high - low) * (step * ray.World * UnseenWeight) * state.Transmittance <=
+    MostUneven * c.P.Step[3];
+}
+
 // From t0 to t1, where values lie between `least` and `largest` (nodes). Returns the estimated
 // error in units of what is allowed; where that is more than 1 nothing has been added.
 template <typename T, bool Shade>
@@ -82,6 +95,15 @@ __attribute__((noinline)) float IntegrateSpan(Context& c, State& state, const Ra
   const Floats one = Splat(1.0f);
   const Floats steps = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
   const float step = (t1 - t0) * (1.0f / static_cast<float>(SpanPieces));
+  float low = 0;
+  float high = 0;
+  ExtremesBetween(c.Table, least, largest, low, high);
+  const float weight = step * ray.World * UnseenWeight;
+  const float allowed = c.P.Step[3] / state.Transmittance;
+  if (!((high - low) * weight <= MostUneven * allowed))
+  {
+    return 2.0f; // surely more than samples would find to be smooth
+  }
   Offsets at;
   Vectors within;
   const Sample<Floats> a =
@@ -91,11 +113,7 @@ __attribute__((noinline)) float IntegrateSpan(Context& c, State& state, const Ra
   // What the samples didn't see; no value anywhere is for the cells to find out.
   const float highest = LargestLane(a.S);
   const float lowest = -LargestLane(-a.S);
-  float low = 0;
-  float high = 0;
-  ExtremesBetween(c.Table, least, largest, low, high);
-  const float unseen = Max(high - highest, lowest - low) * (step * ray.World) * UnseenWeight;
-  const float allowed = c.P.Step[3] / state.Transmittance;
+  const float unseen = Max(high - highest, lowest - low) * weight;
   if (!(unseen <= allowed) || Bits(a.X == a.X) != 0xffu)
   {
     return 2.0f;

@@ -3,6 +3,7 @@
 #include "Scene.h"
 
 #include "ArrayBrickSource.h"
+#include "BrickVoxels.h"
 #include "VTKScalarType.h"
 #include "vtkBrickSource.h"
 #include "vtkOutOfCoreVolumeMapper.h"
@@ -284,7 +285,7 @@ std::vector<float> Stage::DrawPictureWith(vtkVolumeMapper* other)
   return picture;
 }
 
-StageTruth::StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths)
+StageTruth::StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths, VoxelAccess access)
   : Width(stage.Width())
 {
   const VolumeInfo& info = source.Info();
@@ -292,6 +293,14 @@ StageTruth::StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths)
   this->Voxels.reserve(static_cast<std::size_t>(info.Layout.NumberOfLevels()));
   for (int l = 0; l < info.Layout.NumberOfLevels(); ++l)
   {
+    if (access == VoxelAccess::ByBrick)
+    {
+      levels.push_back(TruthLevel::FromFunction([voxels = std::make_shared<BrickVoxels>(source, l)](
+                                                  std::int64_t i, std::int64_t j, std::int64_t k)
+        { return voxels->Voxel(i, j, k); },
+        info.Layout.Dimensions(l), info.Layout.Factor(l)));
+      continue;
+    }
     this->Voxels.push_back(ReadLevel(source, l));
     levels.push_back(TruthLevel::FromArray(ScalarType::Float64, this->Voxels.back().data(),
       info.Layout.Dimensions(l), info.Layout.Factor(l)));
@@ -303,9 +312,9 @@ StageTruth::StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths)
     nearest ? TruthInterpolation::Nearest : TruthInterpolation::Linear, info.CellData);
 
   auto opacity = vtkSmartPointer<vtkPiecewiseFunction>::New();
-  opacity->DeepCopy(stage.Opacity);
+  opacity->DeepCopy(stage.Property->GetScalarOpacity());
   auto color = vtkSmartPointer<vtkColorTransferFunction>::New();
-  color->DeepCopy(stage.Color);
+  color->DeepCopy(stage.Property->GetRGBTransferFunction());
   std::vector<double> knots;
   for (int i = 0; i < opacity->GetSize(); ++i)
   {
@@ -354,43 +363,71 @@ StageTruth::StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths)
       this->Shading.get(), 1e-5, Invert(prop) });
 }
 
-ImageDifference StageTruth::Excess(
-  const std::vector<float>& picture, double small, ImageDifference* plain) const
+std::vector<float> TakePixels(
+  const std::vector<float>& picture, int width, const std::vector<TruthPixel>& pixels)
 {
-  const std::vector<TruthPixel> all = AllPixels(*this->Camera);
-  const std::vector<float> center = ToFloat(RenderTruth(*this->Scene_, all));
-  if (plain)
+  std::vector<float> taken;
+  taken.reserve(4 * pixels.size());
+  for (const TruthPixel& pixel : pixels)
   {
-    *plain = CompareImages(picture, center);
+    const auto at =
+      4 * (static_cast<std::ptrdiff_t>(pixel.Y) * width + static_cast<std::ptrdiff_t>(pixel.X));
+    taken.insert(taken.end(), picture.begin() + at, picture.begin() + at + 4);
   }
+  return taken;
+}
+
+TruthBounds StageTruth::Bounds(const std::vector<TruthPixel>& pixels,
+  const std::vector<std::vector<float>>& taken, double small) const
+{
+  TruthBounds bounds;
+  bounds.Center = ToFloat(RenderTruth(*this->Scene_, pixels));
+  bounds.Low = bounds.Center;
+  bounds.High = bounds.Center;
   std::vector<TruthPixel> doubtful;
-  for (const TruthPixel& pixel : all)
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < pixels.size(); ++i)
   {
-    const std::size_t at = 4 * (static_cast<std::size_t>(pixel.Y) * this->Width + pixel.X);
-    for (std::size_t c = at; c < at + 4; ++c)
+    const auto isFar = [&](const std::vector<float>& picture)
     {
-      if (!(std::abs(picture[c] - center[c]) <= small))
+      for (std::size_t c = 4 * i; c < 4 * i + 4; ++c)
       {
-        doubtful.push_back(pixel);
-        break;
+        if (!(std::abs(picture[c] - bounds.Center[c]) <= small))
+        {
+          return true;
+        }
       }
+      return false;
+    };
+    if (std::any_of(taken.begin(), taken.end(), isFar))
+    {
+      doubtful.push_back(pixels[i]);
+      places.push_back(4 * i);
     }
   }
-  std::vector<float> low = center;
-  std::vector<float> high = center;
   const TruthEnvelope envelope = RenderEnvelope(*this->Scene_, doubtful);
   const std::vector<float> min = ToFloat(envelope.Min);
   const std::vector<float> max = ToFloat(envelope.Max);
-  for (std::size_t i = 0; i < doubtful.size(); ++i)
+  for (std::size_t i = 0; i < places.size(); ++i)
   {
-    const std::size_t at =
-      4 * (static_cast<std::size_t>(doubtful[i].Y) * this->Width + doubtful[i].X);
-    std::copy_n(min.begin() + static_cast<std::ptrdiff_t>(4 * i), 4,
-      low.begin() + static_cast<std::ptrdiff_t>(at));
-    std::copy_n(max.begin() + static_cast<std::ptrdiff_t>(4 * i), 4,
-      high.begin() + static_cast<std::ptrdiff_t>(at));
+    for (std::size_t c = 0; c < 4; ++c)
+    {
+      bounds.Low[places[i] + c] = min[4 * i + c];
+      bounds.High[places[i] + c] = max[4 * i + c];
+    }
   }
-  return ExcessOverEnvelope(picture, low, high);
+  return bounds;
+}
+
+ImageDifference StageTruth::Excess(
+  const std::vector<float>& picture, double small, ImageDifference* plain) const
+{
+  const TruthBounds bounds = this->Bounds(AllPixels(*this->Camera), { picture }, small);
+  if (plain)
+  {
+    *plain = CompareImages(picture, bounds.Center);
+  }
+  return ExcessOverEnvelope(picture, bounds.Low, bounds.High);
 }
 
 double BlobField(double x, double y, double z)

@@ -103,16 +103,42 @@ private:
   int Height_;
 };
 
+/// What is read of a volume for its truth.
+enum class VoxelAccess
+{
+  Whole,  ///< all levels, at once, as double: fast
+  ByBrick ///< the bricks that rays meet, with few of them kept: volumes of any size
+};
+
+/// The truth at some pixels: of the ray through the pixel's centre, and the smallest and largest of
+/// 9 rays. RGBA, in the order of the pixels.
+struct TruthBounds
+{
+  std::vector<float> Center;
+  std::vector<float> Low;
+  std::vector<float> High;
+};
+
+/// The colours of some pixels of a picture that is `width` pixels wide, in their order.
+std::vector<float> TakePixels(
+  const std::vector<float>& picture, int width, const std::vector<TruthPixel>& pixels);
+
 /// The truth of what a stage shows, from the levels that a brick source delivers. Holds everything
 /// that a TruthScene refers to.
 class StageTruth
 {
 public:
-  /// `source`: what the stage draws. Its levels are read whole, as double. Place, prop matrix,
-  /// camera, property and level limits are taken from the stage's VTK objects.
-  StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths = 1);
+  /// `source`: what the stage draws; it has to outlive the truth. Place, prop matrix, camera,
+  /// property and level limits are taken from the stage's VTK objects.
+  StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths = 1,
+    VoxelAccess access = VoxelAccess::Whole);
 
   const TruthScene& Scene() const { return *this->Scene_; }
+  /// The truth at these pixels. `taken`: the colours that several pictures have there. Where all of
+  /// them differ from the truth by at most `small`, the 8 rays around the centre aren't computed,
+  /// and Low and High are the centre's: what is measured against them is an upper bound.
+  TruthBounds Bounds(const std::vector<TruthPixel>& pixels,
+    const std::vector<std::vector<float>>& taken, double small) const;
   /// The picture's excess over the envelope of 9 rays; the tolerance isn't taken off. Where the
   /// plain difference is at most `small` the envelope isn't computed and the excess is the plain
   /// difference, an upper bound. `plain`: differences from the truth itself.

@@ -107,8 +107,14 @@ public:
   /// `source`: what the stage draws. Its levels are read whole, as double. Place, prop matrix,
   /// camera, property and level limits are taken from the stage's VTK objects.
   StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths = 1);
+  /// The same from levels that are given, of a volume too large to be read whole. What they refer
+  /// to has to outlive this.
+  StageTruth(Stage& stage, const VolumeInfo& info, std::vector<TruthLevel> levels,
+    double scaleOfLengths = 1);
 
   const TruthScene& Scene() const { return *this->Scene_; }
+  /// Instead of the stage's functions, where evaluating those takes too long.
+  void SetTransfer(TruthTransfer transfer) { *this->Transfer = std::move(transfer); }
   /// The picture's excess over the envelope of 9 rays; the tolerance isn't taken off. Where the
   /// plain difference is at most `small` the envelope isn't computed and the excess is the plain
   /// difference, an upper bound. `plain`: differences from the truth itself.
@@ -116,6 +122,9 @@ public:
     const std::vector<float>& picture, double small, ImageDifference* plain = nullptr) const;
 
 private:
+  void Build(
+    Stage& stage, const VolumeInfo& info, std::vector<TruthLevel> levels, double scaleOfLengths);
+
   std::vector<std::vector<double>> Voxels;
   std::unique_ptr<TruthVolume> Volume;
   std::unique_ptr<TruthTransfer> Transfer;

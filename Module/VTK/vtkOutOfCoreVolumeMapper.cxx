@@ -110,6 +110,7 @@ teravox::TransferFunction MakeTransferFunction(vtkVolumeProperty* property)
   teravox::TransferFunction function;
   function.UnitDistance = property->GetScalarOpacityUnitDistance();
   function.Opacity = [opacity](double v) { return opacity->GetValue(v); };
+  function.IsConstantBeyond = opacity->GetClamping() != 0;
   for (int i = 0; i < opacity->GetSize(); ++i)
   {
     double node[4];
@@ -126,6 +127,7 @@ teravox::TransferFunction MakeTransferFunction(vtkVolumeProperty* property)
   {
     auto color = vtkSmartPointer<vtkColorTransferFunction>::New();
     color->DeepCopy(property->GetRGBTransferFunction());
+    function.IsConstantBeyond = function.IsConstantBeyond && color->GetClamping() != 0;
     function.Color = [color](double v, double* rgb) { color->GetColor(v, rgb); };
     for (int i = 0; i < color->GetSize(); ++i)
     {
@@ -144,6 +146,7 @@ teravox::TransferFunction MakeTransferFunction(vtkVolumeProperty* property)
   {
     auto gray = vtkSmartPointer<vtkPiecewiseFunction>::New();
     gray->DeepCopy(property->GetGrayTransferFunction());
+    function.IsConstantBeyond = function.IsConstantBeyond && gray->GetClamping() != 0;
     function.Color = [gray](double v, double* rgb)
     { rgb[0] = rgb[1] = rgb[2] = gray->GetValue(v); };
     for (int i = 0; i < gray->GetSize(); ++i)

@@ -183,6 +183,8 @@ public:
   vtkWeakPointer<vtkRenderWindow> Window;
   vtkMTimeType FunctionTime = 0;
   vtkVolumeProperty* FunctionOf = nullptr;
+  std::shared_ptr<teravox::BrickSource> FunctionFor;
+  double FunctionLength = 0; // ShortestLength that it was sampled for
   std::uint64_t FunctionVersion = 0;
   std::set<std::string> Warned;
   std::string LastError;
@@ -800,10 +802,14 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   in.Engine.SetSettings(settings);
   const vtkMTimeType functionTime =
     std::max({ property->GetMTime(), property->GetScalarOpacity()->GetMTime() });
-  if (in.FunctionOf != property || in.FunctionTime != functionTime || in.FunctionVersion == 0)
+  // How the function is sampled depends on the values of the source and on the size of its voxels.
+  if (in.FunctionOf != property || in.FunctionTime != functionTime || in.FunctionVersion == 0 ||
+    in.FunctionFor != drawn.Source || in.FunctionLength != request.ShortestLength)
   {
     in.FunctionOf = property;
     in.FunctionTime = functionTime;
+    in.FunctionFor = drawn.Source;
+    in.FunctionLength = request.ShortestLength;
     in.Engine.SetTransferFunction(MakeTransferFunction(property), ++in.FunctionVersion);
   }
 

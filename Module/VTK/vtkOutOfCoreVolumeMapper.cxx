@@ -671,7 +671,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     description.BrickSize = this->BrickSize;
     description.CellData = cellFlag != 0;
     double range[2];
-    scalars->GetFiniteRange(range, 0);
+    scalars->GetRange(range, 0); // with infinities: the function is sampled for all values
     description.Range = { range[0], range[1] };
     const double* spacing = image->GetSpacing();
     description.Spacing = { spacing[0], spacing[1], spacing[2] };

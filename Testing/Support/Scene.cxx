@@ -520,7 +520,7 @@ std::shared_ptr<BrickSource> SourceOfImage(vtkImageData* image, int brickSize, b
     }
   }
   double range[2];
-  scalars->GetFiniteRange(range, 0);
+  scalars->GetRange(range, 0);
   array.Range = { range[0], range[1] };
   auto source = ArrayBrickSource::Make(array);
   return source ? std::shared_ptr<BrickSource>(source.Value()) : nullptr;

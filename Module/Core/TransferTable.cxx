@@ -27,6 +27,14 @@ void ChooseDomain(
     low = std::clamp(low, data.Min, data.Max);
     high = std::clamp(high, data.Min, data.Max);
   }
+  if (!function.IsConstantBeyond && high >= low)
+  {
+    // A little more than up to the knots, so that the outermost nodes have what lies beyond; over
+    // all the data if that is known, whose whole numbers nodes shall stay on.
+    const double beyond = std::max((high - low) * 1e-6, std::abs(high) * 1e-12);
+    low = known ? data.Min : low - beyond;
+    high = known ? data.Max : high + beyond;
+  }
   if (!(high > low))
   {
     // Constant over the data: any interval does.

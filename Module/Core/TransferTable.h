@@ -19,6 +19,8 @@ struct TransferFunction
   std::function<void(double, double*)> Color; ///< rgb, 0..1
   std::vector<double> Knots;                  ///< sorted values where one of the two may bend
   double UnitDistance = 1;                    ///< world length to which Opacity refers, > 0
+  /// Beyond the first and the last knot, what is there goes on; else the function may jump there.
+  bool IsConstantBeyond = true;
 };
 
 /// The transfer function as the marcher samples it: extinction s and colour, linear between

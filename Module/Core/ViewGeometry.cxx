@@ -301,8 +301,9 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   }
   const double nearDepth = -Point(viewFromClip.Value(), { 0, 0, -1 })[2];
   const double farDepth = -Point(viewFromClip.Value(), { 0, 0, 1 })[2];
-  // In parallel projection rays start far from what they show; depth is counted from the volume.
-  g.DepthOrigin = parallel ? std::clamp(boxNear, nearDepth, farDepth) : 0.0;
+  // Rays may start far from what they show, in parallel projection and with a small view angle:
+  // depth is counted from the volume, so that floats hold places in it.
+  g.DepthOrigin = std::clamp(boxNear, nearDepth, farDepth);
 
   const auto originAt = [&](const ViewRay& ray)
   {
@@ -328,8 +329,7 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   const double h = input.Height;
   const Double3 o = originAt(corner);
   g.Parameters.RayOrigin = { ToFloat(difference(o, anchor, 1)),
-    ToFloat(parallel ? difference(originAt(alongX), o, w) : Double3{}),
-    ToFloat(parallel ? difference(originAt(alongY), o, h) : Double3{}) };
+    ToFloat(difference(originAt(alongX), o, w)), ToFloat(difference(originAt(alongY), o, h)) };
   const Double3 d = Vector(voxelFromView, corner.Direction);
   g.Parameters.RayDirection = { ToFloat(d),
     ToFloat(difference(Vector(voxelFromView, alongX.Direction), d, w)),

@@ -51,7 +51,7 @@ struct ViewGeometry
   IntervalParameters Intervals;
   LevelDepths Levels;
   ViewOrder Order;
-  /// Depths along the rays are view depths minus this (0 in perspective).
+  /// Depths along the rays are view depths minus this: where the volume begins, or the near plane.
   double DepthOrigin = 0;
   /// Shortest edge of a level-0 voxel, world units.
   double SmallestEdge = 1;

@@ -110,6 +110,7 @@ teravox::TransferFunction MakeTransferFunction(vtkVolumeProperty* property)
   teravox::TransferFunction function;
   function.UnitDistance = property->GetScalarOpacityUnitDistance();
   function.Opacity = [opacity](double v) { return opacity->GetValue(v); };
+  function.IsConstantBeyond = opacity->GetClamping() != 0;
   for (int i = 0; i < opacity->GetSize(); ++i)
   {
     double node[4];
@@ -126,6 +127,7 @@ teravox::TransferFunction MakeTransferFunction(vtkVolumeProperty* property)
   {
     auto color = vtkSmartPointer<vtkColorTransferFunction>::New();
     color->DeepCopy(property->GetRGBTransferFunction());
+    function.IsConstantBeyond = function.IsConstantBeyond && color->GetClamping() != 0;
     function.Color = [color](double v, double* rgb) { color->GetColor(v, rgb); };
     for (int i = 0; i < color->GetSize(); ++i)
     {
@@ -144,6 +146,7 @@ teravox::TransferFunction MakeTransferFunction(vtkVolumeProperty* property)
   {
     auto gray = vtkSmartPointer<vtkPiecewiseFunction>::New();
     gray->DeepCopy(property->GetGrayTransferFunction());
+    function.IsConstantBeyond = function.IsConstantBeyond && gray->GetClamping() != 0;
     function.Color = [gray](double v, double* rgb)
     { rgb[0] = rgb[1] = rgb[2] = gray->GetValue(v); };
     for (int i = 0; i < gray->GetSize(); ++i)
@@ -180,6 +183,8 @@ public:
   vtkWeakPointer<vtkRenderWindow> Window;
   vtkMTimeType FunctionTime = 0;
   vtkVolumeProperty* FunctionOf = nullptr;
+  std::shared_ptr<teravox::BrickSource> FunctionFor;
+  double FunctionLength = 0; // ShortestLength that it was sampled for
   std::uint64_t FunctionVersion = 0;
   std::set<std::string> Warned;
   std::string LastError;
@@ -667,7 +672,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     description.BrickSize = this->BrickSize;
     description.CellData = cellFlag != 0;
     double range[2];
-    scalars->GetFiniteRange(range, 0);
+    scalars->GetRange(range, 0); // with infinities: the function is sampled for all values
     description.Range = { range[0], range[1] };
     const double* spacing = image->GetSpacing();
     description.Spacing = { spacing[0], spacing[1], spacing[2] };
@@ -798,10 +803,14 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   in.Engine.SetSettings(settings);
   const vtkMTimeType functionTime =
     std::max({ property->GetMTime(), property->GetScalarOpacity()->GetMTime() });
-  if (in.FunctionOf != property || in.FunctionTime != functionTime || in.FunctionVersion == 0)
+  // How the function is sampled depends on the values of the source and on the size of its voxels.
+  if (in.FunctionOf != property || in.FunctionTime != functionTime || in.FunctionVersion == 0 ||
+    in.FunctionFor != drawn.Source || in.FunctionLength != request.ShortestLength)
   {
     in.FunctionOf = property;
     in.FunctionTime = functionTime;
+    in.FunctionFor = drawn.Source;
+    in.FunctionLength = request.ShortestLength;
     in.Engine.SetTransferFunction(MakeTransferFunction(property), ++in.FunctionVersion);
   }
 

@@ -279,6 +279,29 @@ TEST(TransferTable, TheDomainIsWhereDataAndFunctionMeet)
   EXPECT_LT(nothing.Low, nothing.High);
 }
 
+// A function that isn't clamped jumps at its ends; what lies beyond has to be in the outermost
+// nodes.
+TEST(TransferTable, FunctionThatIsZeroBeyondItsEnds)
+{
+  TransferFunction function =
+    FromExtinction([](double v) { return v >= 30 && v <= 90 ? 0.5 : 0.0; }, { 30, 90 });
+  function.IsConstantBeyond = false;
+  for (const bool integers : { false, true })
+  {
+    for (const ValueRange& data : { ValueRange{ 0, 255 }, ValueRange{ 50, 255 },
+           ValueRange{ 0, 60 }, ValueRange{ 100, 255 }, ValueRange::Unknown() })
+    {
+      const TransferTable table = BuildTransferTable(function, data, integers, 1e-3);
+      const View view(table);
+      const double last = data.IsKnown() ? data.Max : 1e9;
+      const double first = data.IsKnown() ? data.Min : -1e9;
+      EXPECT_NEAR(static_cast<double>(view.S(0)), first < 30 || first > 90 ? 0.0 : 0.5, 1e-6);
+      EXPECT_NEAR(
+        static_cast<double>(view.S(view.Nodes() - 1)), last < 30 || last > 90 ? 0.0 : 0.5, 1e-6);
+    }
+  }
+}
+
 TEST(TransferTable, IntegersLieOnNodes)
 {
   for (const ValueRange& data : { ValueRange{ 0, 255 }, ValueRange{ -128, 127 },

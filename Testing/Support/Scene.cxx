@@ -88,6 +88,27 @@ std::vector<double> ReadLevel(BrickSource& source, int level)
   }
   return voxels;
 }
+
+// Nodes of an opacity function (4 numbers a node) or a colour function (6), and the midpoints
+// between them: with a sharpness of 1 the function jumps there. Midpoint and sharpness come last.
+template <std::size_t Numbers, typename Function>
+std::vector<double> KnotsOf(Function* function)
+{
+  std::vector<double> knots;
+  double midpoint = 0;
+  for (int i = 0; i < function->GetSize(); ++i)
+  {
+    double node[Numbers];
+    function->GetNodeValue(i, node);
+    if (i > 0)
+    {
+      knots.push_back(knots.back() + midpoint * (node[0] - knots.back()));
+    }
+    knots.push_back(node[0]);
+    midpoint = node[Numbers - 2];
+  }
+  return knots;
+}
 } // namespace
 
 const char* ToString(OpacityShape shape)
@@ -305,6 +326,19 @@ StageTruth::StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths,
     levels.push_back(TruthLevel::FromArray(ScalarType::Float64, this->Voxels.back().data(),
       info.Layout.Dimensions(l), info.Layout.Factor(l)));
   }
+  this->Build(stage, info, std::move(levels), scaleOfLengths);
+}
+
+StageTruth::StageTruth(
+  Stage& stage, const VolumeInfo& info, std::vector<TruthLevel> levels, double scaleOfLengths)
+  : Width(stage.Width())
+{
+  this->Build(stage, info, std::move(levels), scaleOfLengths);
+}
+
+void StageTruth::Build(
+  Stage& stage, const VolumeInfo& info, std::vector<TruthLevel> levels, double scaleOfLengths)
+{
   const Matrix4 prop = ToMatrix(stage.Volume->GetMatrix());
   const bool nearest = stage.Property->GetInterpolationType() == VTK_NEAREST_INTERPOLATION;
   this->Volume = std::make_unique<TruthVolume>(std::move(levels),
@@ -315,19 +349,9 @@ StageTruth::StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths,
   opacity->DeepCopy(stage.Property->GetScalarOpacity());
   auto color = vtkSmartPointer<vtkColorTransferFunction>::New();
   color->DeepCopy(stage.Property->GetRGBTransferFunction());
-  std::vector<double> knots;
-  for (int i = 0; i < opacity->GetSize(); ++i)
-  {
-    double node[4];
-    opacity->GetNodeValue(i, node);
-    knots.push_back(node[0]);
-  }
-  for (int i = 0; i < color->GetSize(); ++i)
-  {
-    double node[6];
-    color->GetNodeValue(i, node);
-    knots.push_back(node[0]);
-  }
+  std::vector<double> knots = KnotsOf<4>(opacity.Get());
+  const std::vector<double> ofColor = KnotsOf<6>(color.Get());
+  knots.insert(knots.end(), ofColor.begin(), ofColor.end());
   this->Transfer =
     std::make_unique<TruthTransfer>([opacity](double v) { return opacity->GetValue(v); },
       [color](double v)
@@ -542,7 +566,7 @@ std::shared_ptr<BrickSource> SourceOfImage(vtkImageData* image, int brickSize, b
     }
   }
   double range[2];
-  scalars->GetFiniteRange(range, 0);
+  scalars->GetRange(range, 0);
   array.Range = { range[0], range[1] };
   auto source = ArrayBrickSource::Make(array);
   return source ? std::shared_ptr<BrickSource>(source.Value()) : nullptr;

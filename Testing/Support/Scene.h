@@ -133,7 +133,14 @@ public:
   StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths = 1,
     VoxelAccess access = VoxelAccess::Whole);
 
+  /// The same from levels that are given, of a volume too large to be read whole. What they refer
+  /// to has to outlive this.
+  StageTruth(Stage& stage, const VolumeInfo& info, std::vector<TruthLevel> levels,
+    double scaleOfLengths = 1);
+
   const TruthScene& Scene() const { return *this->Scene_; }
+  /// Instead of the stage's functions, where evaluating those takes too long.
+  void SetTransfer(TruthTransfer transfer) { *this->Transfer = std::move(transfer); }
   /// The truth at these pixels. `taken`: the colours that several pictures have there. Where all of
   /// them differ from the truth by at most `small`, the 8 rays around the centre aren't computed,
   /// and Low and High are the centre's: what is measured against them is an upper bound.
@@ -146,6 +153,9 @@ public:
     const std::vector<float>& picture, double small, ImageDifference* plain = nullptr) const;
 
 private:
+  void Build(
+    Stage& stage, const VolumeInfo& info, std::vector<TruthLevel> levels, double scaleOfLengths);
+
   std::vector<std::vector<double>> Voxels;
   std::unique_ptr<TruthVolume> Volume;
   std::unique_ptr<TruthTransfer> Transfer;

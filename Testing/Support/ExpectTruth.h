@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "Scene.h"
+
+#include <string>
+
+namespace teravox::test
+{
+
+/// What is asked of the excess over the envelope of truth, in units of the image error tolerance.
+struct Bounds
+{
+  double Max = 1;
+  double Percentile99 = 1;
+};
+
+/// Draws what the stage is set to and compares it with the truth of `source`: prints the
+/// differences, fails (GoogleTest) where they are beyond the bounds, the picture isn't converged or
+/// shows nothing.
+void ExpectTruth(
+  Stage& stage, BrickSource& source, const std::string& name, const Bounds& bounds = {});
+/// The same with a truth that is already there.
+void ExpectTruth(
+  Stage& stage, const StageTruth& truth, const std::string& name, const Bounds& bounds = {});
+
+} // namespace teravox::test

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One pass of the rays of a tile: brick after brick, front to back, until the ray ends, a brick is
 // missing or the pass has been long enough (Shaders/RayMarch.frag for one ray at a time). What a
-// pass hands to the next is colour, transmittance, the integer position and the interval;
-// everything else is computed again (contract 1b).
+// pass hands to the next is colour, transmittance and the integer position; everything else is
+// computed again (contract 1b).
 //
 // A translation unit sets TERAVOX_KERNEL to a namespace of its own and includes this file.
 #include "NativeScene.h"
@@ -68,16 +68,14 @@ inline void IntegrateMapped(
   Context& c, State& state, const Ray& ray, BrickView view, std::uint32_t slot, float t0, float t1)
 {
   const NativeScene& scene = c.Scene;
-  if (!scene.FixedStep)
-  {
-    view.Occupancy = OccupancyOf<T>(c, view, slot);
-  }
   if (scene.FixedStep)
   {
     scene.Shade ? IntegrateFixed<T, true>(c, state, ray, view, t0, t1)
                 : IntegrateFixed<T, false>(c, state, ray, view, t0, t1);
+    return;
   }
-  else if (scene.Nearest)
+  view.Occupancy = OccupancyOf<T>(c, view, slot);
+  if (scene.Nearest)
   {
     scene.Shade ? IntegrateBrick<T, true, true>(c, state, ray, view, t0, t1)
                 : IntegrateBrick<T, false, true>(c, state, ray, view, t0, t1);

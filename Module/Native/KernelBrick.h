@@ -2,25 +2,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // From one visible cell of a brick to the next, in lots of eight.
 
-struct Lanes3
-{
-  Ints X;
-  Ints Y;
-  Ints Z;
-};
-
+// The cells of a lot in the slot of their brick.
 struct LotView
 {
   Floats Begin;
   Floats End;
-  Lanes3 Cell; // inside the slot
+  Ints X;
+  Ints Y;
+  Ints Z;
+  Offsets At;
   Ints Valid;
 };
 
 // Where the cells of a lot end is computed as the walk does it. Border voxels are there for
 // shading; rounding must not lead out of the slot.
-TERAVOX_INLINE LotView View(const Walk& w, const BrickView& view, const Lot& lot)
+template <typename T>
+TERAVOX_INLINE LotView OpenLot(Context& c, const Walk& w, const BrickView& view)
 {
+  const Lot& lot = c.Cells;
+  c.Steps += static_cast<std::uint32_t>(lot.Count);
+  c.Samples += static_cast<std::uint64_t>(lot.Count);
   Floats cell[4];
   Transpose(lot.Cells, cell);
   const auto exit = [&](int a) { return (cell[a] + w.Forward[a] - w.First[a]) * w.Inverse[a]; };
@@ -33,8 +34,10 @@ TERAVOX_INLINE LotView View(const Walk& w, const BrickView& view, const Lot& lot
     const int lane = __builtin_ctz(rest);
     v.End[lane] = lot.Stops[lane];
   }
-  v.Cell = { InSlot(cell[0], 1, view.Edge - 3), InSlot(cell[1], 1, view.Edge - 3),
-    InSlot(cell[2], 1, view.Edge - 3) };
+  v.X = InSlot(cell[0], 1, view.Edge - 3);
+  v.Y = InSlot(cell[1], 1, view.Edge - 3);
+  v.Z = InSlot(cell[2], 1, view.Edge - 3);
+  v.At = OffsetsOf<T>(v.X + view.Edge * (v.Y + view.Edge * v.Z));
   v.Valid = FirstLanes(lot.Count);
   return v;
 }
@@ -68,13 +71,10 @@ TERAVOX_INLINE void TakeAll(Context& c, State& state, const Segments& s, const P
 
 template <typename T, bool Shade>
 __attribute__((noinline)) void IntegrateLinear(
-  Context& c, State& state, const Ray& ray, const BrickView& view, const Walk& walk, const Lot& lot)
+  Context& c, State& state, const Ray& ray, const BrickView& view, const Walk& walk)
 {
-  c.Steps += static_cast<std::uint32_t>(lot.Count);
-  c.Samples += static_cast<std::uint64_t>(lot.Count);
-  const LotView v = View(walk, view, lot);
-  const Offsets at = OffsetsOf<T>(v.Cell.X + view.Edge * (v.Cell.Y + view.Edge * v.Cell.Z));
-  const Corners k = LoadCorners<T>(view, at);
+  const LotView v = OpenLot<T>(c, walk, view);
+  const Corners k = LoadCorners<T>(view, v.At);
   Floats least = k.V[0];
   Floats largest = k.V[0];
   for (int i = 1; i < 8; ++i)
@@ -85,8 +85,8 @@ __attribute__((noinline)) void IntegrateLinear(
   Ints visible = v.Valid;
   if (c.P.Switches[0] != 0)
   {
-    visible &= ~IsEmptyBetween(c.Table, (least * view.Scale + view.Offset) * c.Table.NodesPerUnit,
-      (largest * view.Scale + view.Offset) * c.Table.NodesPerUnit);
+    visible &=
+      ~IsEmptyBetween(c.Table, NodeOf(c.Table, view, least), NodeOf(c.Table, view, largest));
   }
   if constexpr (sizeof(T) == 4)
   {
@@ -103,18 +103,18 @@ __attribute__((noinline)) void IntegrateLinear(
   const Floats passed = v.End - v.Begin;
   const auto position = [&](int a, Ints cell)
   { return (walk.First[a] + v.Begin * walk.Direction[a]) - ToFloat(cell); };
-  const Vectors w{ position(0, v.Cell.X), position(1, v.Cell.Y), position(2, v.Cell.Z) };
+  const Vectors w{ position(0, v.X), position(1, v.Y), position(2, v.Z) };
   const Vectors d{ passed * walk.Direction[0], passed * walk.Direction[1],
     passed * walk.Direction[2] };
   Segments s;
   s.Field = CubicAlong(k, w, d);
   const float toNodes = view.Scale * c.Table.NodesPerUnit;
-  s.Field = { (s.Field.A * view.Scale + view.Offset) * c.Table.NodesPerUnit, s.Field.B * toNodes,
-    s.Field.C * toNodes, s.Field.D * toNodes };
+  s.Field = { NodeOf(c.Table, view, s.Field.A), s.Field.B * toNodes, s.Field.C * toNodes,
+    s.Field.D * toNodes };
   s.Length = passed * ray.World;
   if constexpr (Shade)
   {
-    s.Light = LoadGradient<T>(view, at, k, w, d);
+    s.Light = LoadGradient<T>(view, v.At, k, w, d);
     const auto scale = [](const Cubic& g, float f) -> Cubic {
       return { g.A * f, g.B * f, g.C * f, g.D * f };
     };
@@ -131,14 +131,11 @@ __attribute__((noinline)) void IntegrateLinear(
 // The field is constant in each voxel: one segment per voxel.
 template <typename T, bool Shade>
 __attribute__((noinline)) void IntegrateNearest(
-  Context& c, State& state, const Ray& ray, const BrickView& view, const Walk& walk, const Lot& lot)
+  Context& c, State& state, const Ray& ray, const BrickView& view, const Walk& walk)
 {
-  c.Steps += static_cast<std::uint32_t>(lot.Count);
-  c.Samples += static_cast<std::uint64_t>(lot.Count);
-  const LotView v = View(walk, view, lot);
-  const Offsets at = OffsetsOf<T>(v.Cell.X + view.Edge * (v.Cell.Y + view.Edge * v.Cell.Z));
-  const Floats texel = LoadTexel<T>(view, at, 0);
-  const Floats node = (texel * view.Scale + view.Offset) * c.Table.NodesPerUnit;
+  const LotView v = OpenLot<T>(c, walk, view);
+  const Floats texel = LoadTexel<T>(view, v.At, 0);
+  const Floats node = NodeOf(c.Table, view, texel);
   const Floats length = (v.End - v.Begin) * ray.World;
   Floats depth = SampleTransfer(c.Table, node).S * length;
   depth = Select(v.Valid & (texel == texel), depth, Floats{});
@@ -153,19 +150,17 @@ __attribute__((noinline)) void IntegrateNearest(
     const auto difference = [&](std::int32_t voxels, float perVoxel)
     {
       const auto step = static_cast<std::ptrdiff_t>(sizeof(T)) * voxels;
-      return (LoadTexel<T>(view, at, step) - LoadTexel<T>(view, at, -step)) * perVoxel;
+      return (LoadTexel<T>(view, v.At, step) - LoadTexel<T>(view, v.At, -step)) * perVoxel;
     };
     const Normal<Floats> normal = NormalOf(c.P, difference(1, view.PerVoxelX),
       difference(view.Edge, view.PerVoxelY), difference(view.Edge * view.Edge, view.PerVoxelZ));
     color = LitColor(c.P, color, normal, c.TowardsLight);
   }
-  const Floats channels[4] = { color.Red, color.Green, color.Blue, OpacityOf(depth) };
   Quad colors[Lanes];
-  Transpose(channels, colors);
-  while (bits != 0)
+  ToQuads(color, OpacityOf(depth), colors);
+  for (; bits != 0; bits &= bits - 1)
   {
     const int lane = __builtin_ctz(bits);
-    bits &= bits - 1;
     Accumulate(state, colors[lane][3], colors[lane]);
     c.Contributing += 1;
     if (IsOver(c, state))
@@ -173,14 +168,6 @@ __attribute__((noinline)) void IntegrateNearest(
       return;
     }
   }
-}
-
-// Whether nothing in a cell of CELL_EDGE^3 voxels is visible under the transfer function.
-inline bool IsEmptyCell(const Context& c, const BrickView& view, float least, float largest)
-{
-  return least > largest ||
-    IsEmptyBetween(c.Table, (least * view.Scale + view.Offset) * c.Table.NodesPerUnit,
-      (largest * view.Scale + view.Offset) * c.Table.NodesPerUnit);
 }
 
 // The bits of the cells of a slot, made anew where the slot or the transfer function is. Several
@@ -198,7 +185,6 @@ inline const std::uint64_t* OccupancyOf(const Context& c, const BrickView& view,
     return words;
   }
   constexpr std::size_t edge = MacroEdge;
-  const std::uint8_t* ranges = scene.Cells + slot * cells * cells * cells * 2 * sizeof(T);
   for (std::size_t m = 0; m < macros * macros * macros; ++m)
   {
     const std::size_t x = m % macros * edge;
@@ -215,13 +201,12 @@ inline const std::uint64_t* OccupancyOf(const Context& c, const BrickView& view,
       {
         continue;
       }
-      T range[2];
-      __builtin_memcpy(
-        range, ranges + (cx + cells * (cy + cells * cz)) * sizeof(range), sizeof(range));
-      const auto least = static_cast<float>(range[0]);
-      const auto largest = static_cast<float>(range[1]);
-      occupied |= std::uint64_t{ IsEmptyCell(c, view, least, largest) ? 0u : 1u } << i;
-      uniform |= std::uint64_t{ least == largest ? 1u : 0u } << i;
+      const TexelRange range = RangeOf<T>(view, cx + cells * (cy + cells * cz));
+      const bool empty = range.Least > range.Largest ||
+        IsEmptyBetween(
+          c.Table, NodeOf(c.Table, view, range.Least), NodeOf(c.Table, view, range.Largest));
+      occupied |= std::uint64_t{ empty ? 0u : 1u } << i;
+      uniform |= std::uint64_t{ range.Least == range.Largest ? 1u : 0u } << i;
     }
     __atomic_store_n(words + 2 * m, occupied, __ATOMIC_RELAXED);
     __atomic_store_n(words + 2 * m + 1, uniform, __ATOMIC_RELAXED);
@@ -237,9 +222,8 @@ void IntegrateBrick(
   constexpr auto edge = static_cast<float>(shared::CELL_EDGE);
   constexpr auto macroEdge = static_cast<float>(MacroEdge);
   const Walk w = BeginWalk(ray, view, Nearest ? 0.0f : 0.5f, t1);
-  const Quad last = Spread(static_cast<float>(view.CellsAlong - 1));
+  const Quad last = LastCell(view);
   const Quad none = {};
-  const std::int32_t macros = view.MacrosAlong;
   const bool skip = c.P.Switches[0] != 0;
   // Spans of samples: their distance, whence on and how often they may fail.
   const float voxel = VoxelDepth(w);
@@ -256,54 +240,52 @@ void IntegrateBrick(
   {
     if constexpr (Nearest)
     {
-      IntegrateNearest<T, Shade>(c, state, ray, view, w, lot);
+      IntegrateNearest<T, Shade>(c, state, ray, view, w);
     }
     else
     {
-      IntegrateLinear<T, Shade>(c, state, ray, view, w, lot);
+      IntegrateLinear<T, Shade>(c, state, ray, view, w);
     }
     lot.Count = 0;
     lot.Uniform = 0;
   };
-  // The first cell of CELL_EDGE^3 voxels begins half a voxel before the brick.
-  const auto macroOf = [&](Quad voxelCell)
+  // Returns whether the ray goes on.
+  const auto integrateIf = [&](bool due)
+  {
+    if (due)
+    {
+      integrate();
+    }
+    return !due || !IsOver(c, state);
+  };
+  // The cell of CELL_EDGE^3 voxels of a voxel cell.
+  const auto cellOf = [&](Quad voxelCell)
   {
     const Quad at = Floor((voxelCell - Border) * (1.0f / edge));
     return at < none ? none : at > last ? last : at;
   };
-  const auto facesAhead = [&](Quad at, float size)
-  {
-    const Quad low = at * edge + Border;
-    return w.Forward > none ? low + size : low - (at == none ? none + 1.0f : none);
-  };
   Quad cell = CellAt(w, t0);
   bool known = true; // `cell` is where the ray is
-  Quad at = macroOf(cell);
+  Quad at = cellOf(cell);
   float t = t0;
   while (t < t1)
   {
-    const Quad exits = (facesAhead(at, edge) - w.First) * w.Inverse;
-    Quad next = LeastOfThree(exits);
-    float stop = Min(Max(next[0], t), t1);
-    const auto x = static_cast<std::int32_t>(at[0]);
-    const auto y = static_cast<std::int32_t>(at[1]);
-    const auto z = static_cast<std::int32_t>(at[2]);
-    const std::uint64_t* words =
-      view.Occupancy + 2 * ((x >> 2) + macros * ((y >> 2) + macros * (z >> 2)));
-    const std::uint64_t word = __atomic_load_n(words, __ATOMIC_RELAXED);
-    const int bit = (x & 3) | (y & 3) << 2 | (z & 3) << 4;
-    if (skip && word == 0)
+    const Quad exits = (FacesAhead(w, at, edge) - w.First) * w.Inverse;
+    const Quad next = LeastOfThree(exits);
+    const float stop = Min(Max(next[0], t), t1);
+    const CellPlace place = PlaceOf(view, at);
+    if (skip && place.Seen() == 0)
     {
       // All of its MacroEdge^3 cells at once.
       const Quad first = Floor(at * (1.0f / macroEdge)) * macroEdge;
-      const Quad far = (facesAhead(first, edge * macroEdge) - w.First) * w.Inverse;
+      const Quad far = (FacesAhead(w, first, edge * macroEdge) - w.First) * w.Inverse;
       t = Max(LeastOfThree(far)[0], t);
       if (t < t1)
       {
         cell = CellAt(w, t);
         known = true;
         const Quad before = at;
-        at = macroOf(cell);
+        at = cellOf(cell);
         if (Bits(at != before) == 0)
         {
           break; // beyond the last face, by a rounding error
@@ -312,25 +294,18 @@ void IntegrateBrick(
       c.Steps += 1;
       continue;
     }
-    const bool occupied = !skip || (word >> bit & 1u) != 0;
-    const bool uniform =
-      uniformToo && occupied && (__atomic_load_n(words + 1, __ATOMIC_RELAXED) >> bit & 1u) != 0;
+    const bool occupied = !skip || place.MayBeSeen();
+    const bool uniform = uniformToo && occupied && place.IsUniform();
     if (uniform && stop > t)
     {
       // The field has one value there: one piece.
-      Quad entry = known ? cell : CellAt(w, t);
-      entry[3] = t;
-      lot.Cells[lot.Count] = entry;
+      lot.Cells[lot.Count] = WithFourth(known ? cell : CellAt(w, t), t);
       lot.Stops[lot.Count] = stop;
       lot.Uniform |= 1u << lot.Count;
       ++lot.Count;
-      if (lot.Count == Lanes)
+      if (!integrateIf(lot.Count == Lanes))
       {
-        integrate();
-        if (IsOver(c, state))
-        {
-          return;
-        }
+        return;
       }
     }
     if (!occupied || uniform)
@@ -338,39 +313,27 @@ void IntegrateBrick(
       t = stop;
       known = false;
       at += exits <= next ? w.Move : none;
-      if (Bits((at < none) | (at > last)) != 0)
+      if (IsOutside(view, at))
       {
         break; // likewise
       }
       c.Steps += 1;
       continue;
     }
-    if (t >= spansFrom && (word >> bit & 1u) != 0)
+    if (t >= spansFrom && place.MayBeSeen())
     {
-      const auto node = [&](float texel)
-      { return (texel * view.Scale + view.Offset) * c.Table.NodesPerUnit; };
       // Most cells of a surface are out of the question by themselves.
-      T range[2];
-      __builtin_memcpy(range,
-        view.Cells +
-          static_cast<std::size_t>(x + view.CellsAlong * (y + view.CellsAlong * z)) * sizeof(range),
-        sizeof(range));
-      const bool even = IsEvenEnough(c, state, ray, spanStep, node(static_cast<float>(range[0])),
-        node(static_cast<float>(range[1])));
-      const Reach reach = even ? LookAhead<T>(view, w, at, t, Min(t + spanStep * SpanPieces, t1))
-                               : Reach{ stop, 0.0f, 0.0f };
+      const bool even =
+        IsEvenEnough(BoundsOf(c, state, ray, view, spanStep, RangeOf<T>(view, place.Range)));
+      const Reach reach =
+        even ? LookAhead<T>(view, w, at, t, Min(t + spanStep * SpanPieces, t1)) : Reach{ stop, {} };
       if (even && reach.End - t >= ShortestSpan * voxel)
       {
-        if (lot.Count != 0)
+        if (!integrateIf(lot.Count != 0))
         {
-          integrate();
-          if (IsOver(c, state))
-          {
-            return;
-          }
+          return;
         }
-        const float cost = IntegrateSpan<T, Shade>(
-          c, state, ray, view, w, t, reach.End, node(reach.Least), node(reach.Largest));
+        const float cost = IntegrateSpan<T, Shade>(c, state, ray, view, w, t, reach);
         if (cost <= 1.0f)
         {
           if (IsOver(c, state))
@@ -382,7 +345,7 @@ void IntegrateBrick(
           {
             cell = CellAt(w, t);
             known = true;
-            at = macroOf(cell);
+            at = cellOf(cell);
           }
           // A step of twice the length errs eight times as much.
           spanStep = cost < 0.1f && spanStep < LongestStep * voxel ? 2.0f * spanStep : spanStep;
@@ -408,13 +371,9 @@ void IntegrateBrick(
       t = Min(Max(leave[0], begin), t1);
       lot.Count += t > begin ? 1 : 0;
       cell += ahead <= leave ? w.Move : none;
-      if (lot.Count == Lanes)
+      if (!integrateIf(lot.Count == Lanes))
       {
-        integrate();
-        if (IsOver(c, state))
-        {
-          return;
-        }
+        return;
       }
     } while (t < stop);
     at += exits <= next ? w.Move : none;

@@ -56,6 +56,13 @@ inline BrickView ViewBrick(const NativeScene& scene, const Transfer& transfer, c
   return view;
 }
 
+// Position in nodes of the transfer table of texel values, of one or of eight.
+template <typename F>
+TERAVOX_INLINE F NodeOf(const Transfer& transfer, const BrickView& view, F texel)
+{
+  return (texel * view.Scale + view.Offset) * transfer.NodesPerUnit;
+}
+
 // Byte offsets of eight voxels.
 struct Offsets
 {

@@ -30,15 +30,13 @@ void IntegrateFixed(
     {
       begins[l] = ends[l] = t;
     }
-    Offsets at;
-    Vectors within;
     Floats begin;
     Floats end;
     __builtin_memcpy(&begin, begins, sizeof(begin));
     __builtin_memcpy(&end, ends, sizeof(end));
     const Floats length = end - begin;
-    const Sample<Floats> a = SampleTransfer(c.Table, FieldAt<T>(c, view, w, begin, at, within));
-    const Sample<Floats> b = SampleTransfer(c.Table, FieldAt<T>(c, view, w, end, at, within));
+    const Sample<Floats> a = SampleTransfer(c.Table, PlacesAt<T>(c, view, w, begin).Node);
+    const Sample<Floats> b = SampleTransfer(c.Table, PlacesAt<T>(c, view, w, end).Node);
     Floats depth = MeanExtinction(a, b, Floats{}, Floats{}).Mean * (length * ray.World);
     depth = Select((a.X == a.X) & (b.X == b.X), depth, Floats{});
     const Floats opacity = OpacityOf(depth);
@@ -46,17 +44,15 @@ void IntegrateFixed(
     Color<Floats> color = Mix(TransferColor(c.Table, a.X), TransferColor(c.Table, b.X), gathered);
     if constexpr (Shade)
     {
-      FieldAt<T>(c, view, w, begin + length * gathered, at, within);
-      const Vectors nowhere{ Floats{}, Floats{}, Floats{} };
-      const Gradient g = LoadGradient<T>(view, at, LoadCorners<T>(view, at), within, nowhere);
-      const Normal<Floats> normal =
-        NormalOf(c.P, g.X.A * view.PerVoxelX, g.Y.A * view.PerVoxelY, g.Z.A * view.PerVoxelZ);
-      color = LitColor(c.P, color, normal, c.TowardsLight);
+      const Places gatheredAt = PlacesAt<T>(c, view, w, begin + length * gathered);
+      color = LitColor(c.P, color, NormalAt<T>(c, view, gatheredAt), c.TowardsLight);
     }
+    Quad colors[Lanes];
+    ToQuads(color, opacity, colors);
     for (int l = 0; l < count; ++l)
     {
       c.Contributing += depth[l] > 0.0f ? 1 : 0;
-      Accumulate(state, opacity[l], Quad{ color.Red[l], color.Green[l], color.Blue[l], 0.0f });
+      Accumulate(state, opacity[l], colors[l]);
       if (IsOver(c, state))
       {
         return;

@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // The integral along a ray through interpolation cells, eight at a time: a cell is one piece, two
-// where its cubic turns, and is cut into eight where the estimated error is more than its share.
-// The estimates are those of Shaders/Library/Pieces.glsl, with one thing more: the mean of the
-// cubic is known exactly, so that only what the transfer function bends is an error.
+// where its cubic turns, and is cut into two to eight where the estimated error is more than its
+// share. The estimates are those of Shaders/Library/Pieces.glsl.
 
 constexpr float SmallestPiece = 1.0f / 512.0f; // of a cell
 // Where in an opaque piece light is gathered isn't known better than to this share of the piece.
@@ -60,6 +59,12 @@ TERAVOX_INLINE void Accumulate(State& s, float opacity, Quad color)
   s.Transmittance *= 1.0f - opacity;
 }
 
+TERAVOX_INLINE void ToQuads(const Color<Floats>& color, Floats opacity, Quad (&out)[Lanes])
+{
+  const Floats channels[4] = { color.Red, color.Green, color.Blue, opacity };
+  Transpose(channels, out);
+}
+
 // Eight cells or parts of them.
 struct Segments
 {
@@ -113,6 +118,29 @@ TERAVOX_INLINE Extinction MeanExtinction(
   return e;
 }
 
+// How far the colours of a piece are from the line between those of its ends, `dx` nodes apart.
+TERAVOX_INLINE Floats KinkOf(const Color<Floats>& a, const Color<Floats>& slopeA,
+  const Color<Floats>& b, const Color<Floats>& slopeB, Floats dx)
+{
+  const Color<Floats> chord{ b.Red - a.Red, b.Green - a.Green, b.Blue - a.Blue };
+  return Max(Difference(chord, Times(slopeA, dx)), Difference(chord, Times(slopeB, dx)));
+}
+
+// How well it is known where in a piece light is gathered, as a share of the piece: only as far as
+// the extinction is linear.
+TERAVOX_INLINE Floats PlaceError(const Extinction& e, Floats depth)
+{
+  const Floats thick = Min(depth, Splat(1.0f));
+  return OpaquePlace * thick * thick + 0.25f * e.Uneven / Max(e.Mean, Splat(1.0e-30f));
+}
+
+// Of pieces whose optical depth may be off by `depth` and whose colour by `shift`.
+TERAVOX_INLINE Floats ErrorOf(const Context& c, Floats opacity, Floats depth, Floats shift)
+{
+  const Floats one = Splat(1.0f);
+  return Min(depth, one) * (1.0f - opacity) + opacity * (Min(shift, one) - c.P.Step[1]);
+}
+
 TERAVOX_INLINE Normal<Floats> NormalAt(const Context& c, const Segments& s, Floats u)
 {
   return NormalOf(c.P, Along(s.Light.X, u), Along(s.Light.Y, u), Along(s.Light.Z, u));
@@ -141,16 +169,8 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
   const Floats one = Splat(1.0f);
   const Floats gathered = CentroidOf(a.S, b.S, depth, opacity);
   Color<Floats> color = Mix(colorA, colorB, Min(Max(gathered + e.Ahead, Floats{}), one));
-  // How far the colours of the piece are from the line between those of its ends.
-  const Color<Floats> chord{ colorB.Red - colorA.Red, colorB.Green - colorA.Green,
-    colorB.Blue - colorA.Blue };
-  const Floats dx = b.X - a.X;
-  const Floats kink =
-    Max(Difference(chord, Times(slopeA, dx)), Difference(chord, Times(slopeB, dx)));
-  // Where in the piece light is gathered is known only as far as the extinction is linear.
-  const Floats thick = Min(depth, one);
-  const Floats place =
-    OpaquePlace * thick * thick + 0.25f * e.Uneven / Max(e.Mean, Splat(1.0e-30f));
+  const Floats kink = KinkOf(colorA, slopeA, colorB, slopeB, b.X - a.X);
+  const Floats place = PlaceError(e, depth);
   Floats shift;
   if constexpr (Shade)
   {
@@ -173,11 +193,8 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
     shift = Difference(colorA, colorB) * (place + BendWeight * e.Off);
   }
   shift = shift + KinkWeight * kink;
-  const Floats error =
-    Min(e.Change * length, one) * (1.0f - opacity) + opacity * (Min(shift, one) - c.P.Step[1]);
-  const Floats colors[4] = { color.Red, color.Green, color.Blue, opacity };
-  Transpose(colors, out.Color);
-  out.Error = error;
+  ToQuads(color, opacity, out.Color);
+  out.Error = ErrorOf(c, opacity, e.Change * length, shift);
 }
 
 // Segments one by one, to be put together anew.
@@ -378,8 +395,8 @@ __attribute__((noinline)) void TakeInParts(Context& c, State& state, const Segme
   }
 }
 
-// Where in (0, 1) a cubic turns, to a thousandth or so; 1 for nowhere. One that turns twice inside
-// hardly bends; what it does is part of the error of its pieces.
+// Where in (0, 1) a cubic turns, to a thousandth or so where its slope is nearly linear; 1 for
+// nowhere. How far a turn is missed is part of the error of the pieces.
 TERAVOX_INLINE Floats TurningPoint(const Cubic& c)
 {
   const Floats begin = c.B;

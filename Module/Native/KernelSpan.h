@@ -21,27 +21,41 @@ constexpr float UnseenWeight = 0.25f;
 // How much more may lie between the bounds of the extinction for samples to be tried.
 constexpr float MostUneven = 32.0f;
 
-// Position in nodes at eight places of a brick; NaN where a voxel has no value.
-template <typename T>
-inline Floats FieldAt(
-  const Context& c, const BrickView& view, const Walk& walk, Floats t, Offsets& at, Vectors& w)
+// Eight places of a brick, and the field there.
+struct Places
 {
-  const auto along = [&](int a, Ints& cell, Floats& within)
+  Offsets At;
+  Vectors Within; // from the voxel before
+  Corners Around;
+  Floats Node; // of the transfer table; NaN where a voxel has no value
+};
+template <typename T>
+inline Places PlacesAt(const Context& c, const BrickView& view, const Walk& walk, Floats t)
+{
+  Places p;
+  const auto along = [&](int a, Floats& within)
   {
     const Floats q = walk.First[a] + t * walk.Direction[a];
-    cell = InSlot(q, 1, view.Edge - 3);
+    const Ints cell = InSlot(q, 1, view.Edge - 3);
     within = q - ToFloat(cell);
+    return cell;
   };
-  Ints x;
-  Ints y;
-  Ints z;
-  along(0, x, w.X);
-  along(1, y, w.Y);
-  along(2, z, w.Z);
-  at = OffsetsOf<T>(x + view.Edge * (y + view.Edge * z));
+  const Ints x = along(0, p.Within.X);
+  const Ints y = along(1, p.Within.Y);
+  const Ints z = along(2, p.Within.Z);
+  p.At = OffsetsOf<T>(x + view.Edge * (y + view.Edge * z));
+  p.Around = LoadCorners<T>(view, p.At);
   const Vectors nowhere{ Floats{}, Floats{}, Floats{} };
-  const Floats texel = CubicAlong(LoadCorners<T>(view, at), w, nowhere).A;
-  return (texel * view.Scale + view.Offset) * c.Table.NodesPerUnit;
+  p.Node = NodeOf(c.Table, view, CubicAlong(p.Around, p.Within, nowhere).A);
+  return p;
+}
+
+template <typename T>
+inline Normal<Floats> NormalAt(const Context& c, const BrickView& view, const Places& p)
+{
+  const Vectors nowhere{ Floats{}, Floats{}, Floats{} };
+  const Gradient g = LoadGradient<T>(view, p.At, p.Around, p.Within, nowhere);
+  return NormalOf(c.P, g.X.A * view.PerVoxelX, g.Y.A * view.PerVoxelY, g.Z.A * view.PerVoxelZ);
 }
 
 // Lane i + n in lane i.
@@ -75,46 +89,92 @@ TERAVOX_INLINE float LargestLane(Floats v)
   return Max(b[0], b[1]);
 }
 
-// Whether samples `step` apart may find a field smooth whose values lie between two positions.
-TERAVOX_INLINE bool IsEvenEnough(
-  const Context& c, const State& state, const Ray& ray, float step, float least, float largest)
+// Depth that a ray needs for the length of a voxel.
+inline float VoxelDepth(const Walk& w)
 {
-  float low = 0;
-  float high = 0;
-  ExtremesBetween(c.Table, least, largest, low, high);
-  return (high - low) * (step * ray.World * UnseenWeight) * state.Transmittance <=
-    MostUneven * c.P.Step[3];
+  return 1.0f /
+    SquareRoot((w.Direction[0] * w.Direction[0] + w.Direction[1] * w.Direction[1]) +
+      w.Direction[2] * w.Direction[2]);
 }
 
-// From t0 to t1, where values lie between `least` and `largest` (nodes). Returns the estimated
-// error in units of what is allowed; where that is more than 1 nothing has been added.
+// How far a ray meets cells of CELL_EDGE^3 voxels that may be visible and have more than one value,
+// and the range of their texels.
+struct Reach
+{
+  float End;
+  TexelRange Range;
+};
+template <typename T>
+inline Reach LookAhead(const BrickView& view, const Walk& w, Quad at, float t, float wanted)
+{
+  Reach reach{ t, { FarAway, -FarAway } };
+  while (reach.End < wanted && !IsOutside(view, at))
+  {
+    const CellPlace place = PlaceOf(view, at);
+    if (!place.MayBeSeen() || place.IsUniform())
+    {
+      break;
+    }
+    const TexelRange range = RangeOf<T>(view, place.Range);
+    reach.Range.Least = Min(reach.Range.Least, range.Least);
+    reach.Range.Largest = Max(reach.Range.Largest, range.Largest);
+    const Quad exits =
+      (FacesAhead(w, at, static_cast<float>(shared::CELL_EDGE)) - w.First) * w.Inverse;
+    const Quad next = LeastOfThree(exits);
+    reach.End = Max(next[0], reach.End);
+    at += exits <= next ? w.Move : Quad{};
+  }
+  reach.End = Min(reach.End, wanted);
+  return reach;
+}
+
+// Bounds of the extinction over a range of texels, and what samples `step` apart may miss of it.
+struct Bounds
+{
+  float Low;
+  float High;
+  float Weight;  // optical depth that is taken as the error, per extinction that no sample saw
+  float Allowed; // error
+};
+TERAVOX_INLINE Bounds BoundsOf(const Context& c, const State& state, const Ray& ray,
+  const BrickView& view, float step, const TexelRange& range)
+{
+  Bounds b;
+  ExtremesBetween(c.Table, NodeOf(c.Table, view, range.Least), NodeOf(c.Table, view, range.Largest),
+    b.Low, b.High);
+  b.Weight = step * ray.World * UnseenWeight;
+  b.Allowed = c.P.Step[3] / state.Transmittance;
+  return b;
+}
+// Whether it is worth while to take samples: else they would surely not find the field smooth.
+TERAVOX_INLINE bool IsEvenEnough(const Bounds& b)
+{
+  return (b.High - b.Low) * b.Weight <= MostUneven * b.Allowed;
+}
+
+// From t0 as far as it was looked ahead. Returns the estimated error in units of what is allowed;
+// where that is more than 1 nothing has been added.
 template <typename T, bool Shade>
 __attribute__((noinline)) float IntegrateSpan(Context& c, State& state, const Ray& ray,
-  const BrickView& view, const Walk& walk, float t0, float t1, float least, float largest)
+  const BrickView& view, const Walk& walk, float t0, const Reach& reach)
 {
   const Floats one = Splat(1.0f);
   const Floats steps = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-  const float step = (t1 - t0) * (1.0f / static_cast<float>(SpanPieces));
-  float low = 0;
-  float high = 0;
-  ExtremesBetween(c.Table, least, largest, low, high);
-  const float weight = step * ray.World * UnseenWeight;
-  const float allowed = c.P.Step[3] / state.Transmittance;
-  if (!((high - low) * weight <= MostUneven * allowed))
+  const float step = (reach.End - t0) * (1.0f / static_cast<float>(SpanPieces));
+  const Bounds bounds = BoundsOf(c, state, ray, view, step, reach.Range);
+  if (!IsEvenEnough(bounds))
   {
-    return 2.0f; // surely more than samples would find to be smooth
+    return 2.0f;
   }
-  Offsets at;
-  Vectors within;
-  const Sample<Floats> a =
-    SampleTransfer(c.Table, FieldAt<T>(c, view, walk, t0 + step * steps, at, within));
+  const Places places = PlacesAt<T>(c, view, walk, t0 + step * steps);
+  const Sample<Floats> a = SampleTransfer(c.Table, places.Node);
   c.Steps += SpanPieces;
   c.Samples += SpanPieces;
   // What the samples didn't see; no value anywhere is for the cells to find out.
   const float highest = LargestLane(a.S);
   const float lowest = -LargestLane(-a.S);
-  const float unseen = Max(high - highest, lowest - low) * weight;
-  if (!(unseen <= allowed) || Bits(a.X == a.X) != 0xffu)
+  const float unseen = Max(bounds.High - highest, lowest - bounds.Low) * bounds.Weight;
+  if (!(unseen <= bounds.Allowed) || Bits(a.X == a.X) != 0xffu)
   {
     return 2.0f;
   }
@@ -124,10 +184,7 @@ __attribute__((noinline)) float IntegrateSpan(Context& c, State& state, const Ra
   Floats turned = {};
   if constexpr (Shade)
   {
-    const Vectors nowhere{ Floats{}, Floats{}, Floats{} };
-    const Gradient g = LoadGradient<T>(view, at, LoadCorners<T>(view, at), within, nowhere);
-    const Normal<Floats> n =
-      NormalOf(c.P, g.X.A * view.PerVoxelX, g.Y.A * view.PerVoxelY, g.Z.A * view.PerVoxelZ);
+    const Normal<Floats> n = NormalAt<T>(c, view, places);
     colorA = LitColor(c.P, colorA, n, c.TowardsLight);
     turned = one - ((n.X * Ahead<1>(n.X) + n.Y * Ahead<1>(n.Y)) + n.Z * Ahead<1>(n.Z));
   }
@@ -147,86 +204,24 @@ __attribute__((noinline)) float IntegrateSpan(Context& c, State& state, const Ra
   const Floats off = (OfPieces(Abs(pair - 0.5f * (mean + Ahead<1>(mean)))) * PairWeight +
                        fine.Change * SpanBendWeight) *
     length;
-  const Floats thick = Min(depth, one);
   const Floats between = OfPieces(Difference(colorB, Mix(colorA, Ahead<2>(colorA), Splat(0.5f))));
-  const Color<Floats> next = Ahead<1>(plain);
-  const Color<Floats> chord{ next.Red - plain.Red, next.Green - plain.Green,
-    next.Blue - plain.Blue };
-  const Floats dx = b.X - a.X;
-  const Floats kink =
-    Max(Difference(chord, Times(slopeA, dx)), Difference(chord, Times(Ahead<1>(slopeA), dx)));
-  const Floats place =
-    OpaquePlace * thick * thick + 0.25f * fine.Uneven / Max(mean, Splat(1.0e-30f));
+  const Floats kink = KinkOf(plain, slopeA, Ahead<1>(plain), Ahead<1>(slopeA), b.X - a.X);
+  const Floats place = PlaceError(fine, depth);
   const Floats shift = between * (Shade ? LitPairWeight : PairWeight) +
     Difference(colorA, colorB) * (place + BendWeight * fine.Off + (Shade ? LightWeight : 0.0f)) +
     KinkWeight * kink + NormalWeight * turned * turned;
-  const Floats error = Min(off, one) * (1.0f - opacity) + opacity * (Min(shift, one) - c.P.Step[1]);
+  const Floats error = ErrorOf(c, opacity, off, shift);
   const float worst = LargestLane(Select(FirstLanes(SpanPieces), error, Floats{}));
-  if (!(worst <= allowed))
+  if (!(worst <= bounds.Allowed))
   {
     return 2.0f;
   }
-  const Floats channels[4] = { color.Red, color.Green, color.Blue, opacity };
   Quad colors[Lanes];
-  Transpose(channels, colors);
+  ToQuads(color, opacity, colors);
   for (int i = 0; i < SpanPieces && !IsOver(c, state); ++i)
   {
     c.Contributing += colors[i][3] > 0.0f ? 1 : 0;
     Accumulate(state, colors[i][3], colors[i]);
   }
-  return Max(worst, unseen) / allowed;
-}
-
-// Depth that a ray needs for the length of a voxel.
-inline float VoxelDepth(const Walk& w)
-{
-  return 1.0f /
-    SquareRoot((w.Direction[0] * w.Direction[0] + w.Direction[1] * w.Direction[1]) +
-      w.Direction[2] * w.Direction[2]);
-}
-
-// How far a ray meets cells of CELL_EDGE^3 voxels that may be visible and have more than one value,
-// and the range of their texels.
-struct Reach
-{
-  float End;
-  float Least;
-  float Largest;
-};
-template <typename T>
-inline Reach LookAhead(const BrickView& view, const Walk& w, Quad at, float t, float wanted)
-{
-  constexpr auto edge = static_cast<float>(shared::CELL_EDGE);
-  const Quad none = {};
-  const Quad last = Spread(static_cast<float>(view.CellsAlong - 1));
-  Reach reach{ t, FarAway, -FarAway };
-  while (reach.End < wanted && Bits((at < none) | (at > last)) == 0)
-  {
-    const auto x = static_cast<std::int32_t>(at[0]);
-    const auto y = static_cast<std::int32_t>(at[1]);
-    const auto z = static_cast<std::int32_t>(at[2]);
-    const std::uint64_t* words =
-      view.Occupancy + 2 * ((x >> 2) + view.MacrosAlong * ((y >> 2) + view.MacrosAlong * (z >> 2)));
-    const std::uint64_t uniform = __atomic_load_n(words + 1, __ATOMIC_RELAXED);
-    const std::uint64_t marching = __atomic_load_n(words, __ATOMIC_RELAXED) & ~uniform;
-    if ((marching >> ((x & 3) | (y & 3) << 2 | (z & 3) << 4) & 1u) == 0)
-    {
-      break;
-    }
-    T range[2];
-    __builtin_memcpy(range,
-      view.Cells +
-        static_cast<std::size_t>(x + view.CellsAlong * (y + view.CellsAlong * z)) * sizeof(range),
-      sizeof(range));
-    reach.Least = Min(reach.Least, static_cast<float>(range[0]));
-    reach.Largest = Max(reach.Largest, static_cast<float>(range[1]));
-    const Quad low = at * edge + Border;
-    const Quad face = w.Forward > none ? low + edge : low - (at == none ? none + 1.0f : none);
-    const Quad exits = (face - w.First) * w.Inverse;
-    const Quad next = LeastOfThree(exits);
-    reach.End = Max(next[0], reach.End);
-    at += exits <= next ? w.Move : none;
-  }
-  reach.End = Min(reach.End, wanted);
-  return reach;
+  return Max(worst, unseen) / bounds.Allowed;
 }

@@ -47,3 +47,62 @@ inline Ints FirstLanes(int count)
   const Ints lane = { 0, 1, 2, 3, 4, 5, 6, 7 };
   return lane < count;
 }
+
+TERAVOX_INLINE Quad LastCell(const BrickView& view)
+{
+  return Spread(static_cast<float>(view.CellsAlong - 1));
+}
+TERAVOX_INLINE bool IsOutside(const BrickView& view, Quad at)
+{
+  return Bits((at < Quad{}) | (at > LastCell(view))) != 0;
+}
+
+// Faces ahead of a ray of `size` voxels from the cell of CELL_EDGE^3 voxels `at` on. The first cell
+// begins half a voxel before the brick.
+TERAVOX_INLINE Quad FacesAhead(const Walk& w, Quad at, float size)
+{
+  const Quad none = {};
+  const Quad low = at * static_cast<float>(shared::CELL_EDGE) + Border;
+  return w.Forward > none ? low + size : low - (at == none ? none + 1.0f : none);
+}
+
+// Where a cell of CELL_EDGE^3 voxels is found: its words of bits, its bit and its range.
+struct CellPlace
+{
+  const std::uint64_t* Words;
+  int Bit;
+  std::size_t Range;
+
+  // Of the cell itself, and of all MacroEdge^3 whose bits are in its word.
+  bool MayBeSeen() const { return (this->Seen() >> this->Bit & 1u) != 0; }
+  bool IsUniform() const
+  {
+    return (__atomic_load_n(this->Words + 1, __ATOMIC_RELAXED) >> this->Bit & 1u) != 0;
+  }
+  std::uint64_t Seen() const { return __atomic_load_n(this->Words, __ATOMIC_RELAXED); }
+};
+TERAVOX_INLINE CellPlace PlaceOf(const BrickView& view, Quad at)
+{
+  static_assert(MacroEdge == 4);
+  const auto x = static_cast<std::int32_t>(at[0]);
+  const auto y = static_cast<std::int32_t>(at[1]);
+  const auto z = static_cast<std::int32_t>(at[2]);
+  return { view.Occupancy +
+      2 * ((x >> 2) + view.MacrosAlong * ((y >> 2) + view.MacrosAlong * (z >> 2))),
+    (x & 3) | (y & 3) << 2 | (z & 3) << 4,
+    static_cast<std::size_t>(x + view.CellsAlong * (y + view.CellsAlong * z)) };
+}
+
+// The range of the texels of a cell.
+struct TexelRange
+{
+  float Least;
+  float Largest;
+};
+template <typename T>
+TERAVOX_INLINE TexelRange RangeOf(const BrickView& view, std::size_t cell)
+{
+  T range[2];
+  __builtin_memcpy(range, view.Cells + cell * sizeof(range), sizeof(range));
+  return { static_cast<float>(range[0]), static_cast<float>(range[1]) };
+}

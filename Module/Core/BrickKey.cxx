@@ -2,10 +2,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "BrickKey.h"
 
+#include "PyramidLayout.h"
+
 #include <tuple>
 
 namespace teravox
 {
+
+BrickKey BrickKey::FirstChild() const
+{
+  BrickKey first = *this;
+  first.PageLevel = static_cast<std::uint8_t>(this->PageLevel - 1);
+  first.X *= PageBlockEdge;
+  first.Y *= PageBlockEdge;
+  first.Z *= PageBlockEdge;
+  return first;
+}
 
 bool BrickKey::operator<(const BrickKey& o) const
 {

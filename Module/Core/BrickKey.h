@@ -30,6 +30,9 @@ struct BrickKey
       this->Component == o.Component;
   }
   bool operator!=(const BrickKey& o) const { return !(*this == o); }
+  /// The first of the bricks or regions of a region or page block, one page level down. Requires: a
+  /// page level of at least 1.
+  BrickKey FirstChild() const;
   /// A total order without meaning, for deterministic ties.
   bool operator<(const BrickKey& o) const;
   /// "level 2, brick (3, 0, 7)", with volume, time, component where they aren't zero.

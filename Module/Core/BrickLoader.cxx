@@ -49,13 +49,8 @@ LoadResult ReadUnguarded(BrickSource& source, const BrickKey& key)
     }
     return result;
   }
-  BrickKey first = key;
-  first.PageLevel = static_cast<std::uint8_t>(key.PageLevel - 1);
-  first.X *= PageBlockEdge;
-  first.Y *= PageBlockEdge;
-  first.Z *= PageBlockEdge;
   Result<std::vector<ValueRange>> ranges =
-    source.ReadRanges(first, { PageBlockEdge, PageBlockEdge, PageBlockEdge });
+    source.ReadRanges(key.FirstChild(), { PageBlockEdge, PageBlockEdge, PageBlockEdge });
   if (!ranges)
   {
     result.Outcome = ranges.GetStatus();

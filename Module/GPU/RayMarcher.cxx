@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "RayMarcher.h"
 
+#include "MarchSetup.h"
 #include "SharedLayout.h"
 
 #include <algorithm>
@@ -146,7 +147,7 @@ void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
   }
   view.Depth.Bind(0);
   glCopyTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, x, y, view.Width(), view.Height());
-  if (!view.Native.Depth.empty())
+  if (view.IsNative())
   {
     glGetTexImage(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT, GL_FLOAT, view.Native.Depth.data());
   }
@@ -155,18 +156,8 @@ void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
 Status RayMarcher::Begin(
   ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals)
 {
-  view.ActiveTiles.clear();
-  constexpr int edge = static_cast<int>(shared::TILE_SIZE);
-  const std::array<int, 4>& seen = intervals.Rectangle;
-  for (int y = seen[1] / edge; y * edge < seen[3]; ++y)
-  {
-    for (int x = seen[0] / edge; x * edge < seen[2]; ++x)
-    {
-      view.ActiveTiles.push_back(
-        static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 16);
-    }
-  }
-  if (!view.Native.Color.empty())
+  view.ActiveTiles = TilesOf(intervals.Rectangle);
+  if (view.IsNative())
   {
     view.Native.Clear();
     this->Intervals = intervals;
@@ -206,27 +197,9 @@ PassResult RayMarcher::DrawNativePass(ViewState& view, const BrickAtlas& atlas,
   NativeScene scene;
   scene.Parameters = &parameters;
   scene.Intervals = &this->Intervals;
-  scene.Voxels = atlas.Native()->Voxels();
-  scene.Cells = atlas.Native()->Cells();
-  scene.Occupancy = atlas.Native()->Occupancy();
-  scene.OccupancyVersion = atlas.Native()->OccupancyVersion();
-  scene.TableVersion = this->TableVersion;
-  scene.SlotTable = atlas.Native()->SlotTable();
-  static_assert(sizeof(PageEntry) == 3 * sizeof(std::uint32_t));
-  scene.PageTable = reinterpret_cast<const std::uint32_t*>(table.Entries().data());
-  scene.Integrals = this->Table->Integrals.front().data();
-  scene.Colors = this->Table->Colors.front().data();
-  scene.Occupied = this->Table->Occupied.data();
-  scene.Extremes = this->Table->Extremes.front().data();
-  scene.Blocks = this->Table->Blocks;
-  scene.ExtremesBlock = TransferTable::ExtremesBlock;
-  scene.Width = view.Width();
-  scene.Height = view.Height();
-  scene.Color = view.Native.Color.data();
-  scene.Position = view.Native.Position.data();
-  scene.Depth = view.Native.Depth.data();
-  scene.BytesPerTexel = atlas.Format().BytesPerTexel;
-  scene.FloatTexels = variant.FloatData;
+  SetTables(scene, *this->Table, this->TableVersion);
+  SetAtlas(scene, *atlas.Native(), table, atlas.Format());
+  SetView(scene, view.Native, view.Width(), view.Height());
   scene.Nearest = variant.Nearest;
   scene.FixedStep = variant.FixedStep;
   scene.Shade = variant.Shade;
@@ -355,7 +328,7 @@ Status RayMarcher::Compose(ViewState& view, GLuint framebuffer, int x, int y)
   {
     return program.GetStatus();
   }
-  if (!view.Native.Color.empty())
+  if (view.IsNative())
   {
     view.Color.Bind(0);
     glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_RGBA, GL_FLOAT,

@@ -100,6 +100,7 @@ void ViewState::Release()
   this->IntervalTarget.Release();
   this->EmptyTarget.Release();
   this->ActiveTiles.clear();
+  this->Native_ = false;
   this->Width_ = 0;
   this->Height_ = 0;
 }

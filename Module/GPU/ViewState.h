@@ -23,6 +23,8 @@ public:
   bool Resize(GPUMemory& memory, int width, int height, const AtlasPlan& plan);
   void Release();
 
+  /// Whether it is for the native marcher.
+  bool IsNative() const { return this->Native_; }
   int Width() const { return this->Width_; }
   int Height() const { return this->Height_; }
   int TilesX() const { return (this->Width_ + 31) / 32; }

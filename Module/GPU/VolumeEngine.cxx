@@ -3,6 +3,7 @@
 #include "VolumeEngine.h"
 
 #include "GLStateGuard.h"
+#include "MarchSetup.h"
 
 #include <algorithm>
 #include <chrono>
@@ -18,13 +19,6 @@ constexpr std::uint32_t MostSteps = 16384; // llvmpipe ends a shader after 65 53
 constexpr std::uint32_t FewestSteps = 1024;
 constexpr double LongPass = 0.4; // seconds; drivers' watchdogs bite at about 2
 constexpr double ShortPass = 0.1;
-
-// How the tolerance is divided. A piece may err by its share of the opacity that it adds to the
-// picture, which sums up to at most that share, and by a little more: pieces that add next to
-// nothing needn't be cut. Termination takes its part whole.
-constexpr double PieceShare = 2.0 / 3;
-constexpr double SmallestShare = 1.0 / 16;
-constexpr double TerminationShare = 1.0 / 4;
 
 double Now()
 {
@@ -282,14 +276,8 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
   parameters.Value = { static_cast<float>(
                          this->Plan_.Native ? format.Scale : format.NormalizedScale),
     static_cast<float>(format.Offset), 0.0f, 0.0f };
-  const auto low = static_cast<float>(this->Transfer.Low);
-  parameters.Transfer = { low, static_cast<float>(this->Transfer.Low - static_cast<double>(low)),
-    static_cast<float>(this->Transfer.NodesPerUnit), static_cast<float>(this->Transfer.Nodes) };
-  const double tolerance = request.Tolerance * this->Looseness;
-  parameters.Step = { static_cast<float>(request.SampleDistance),
-    static_cast<float>(tolerance * PieceShare),
-    request.Tolerance > 0 ? static_cast<float>(request.Tolerance * TerminationShare) : 1.0e-6f,
-    static_cast<float>(tolerance * SmallestShare) };
+  parameters.Transfer = TransferParameters(this->Transfer);
+  parameters.Step = StepParameters(request.SampleDistance, request.Tolerance, this->Looseness);
   parameters.Switches = { request.EmptySpaceSkipping ? 1u : 0u, 0u, 0u, 0u };
   parameters.Limits[0] = MostSteps;
   parameters.Material = request.Material;

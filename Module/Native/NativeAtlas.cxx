@@ -21,9 +21,9 @@ Result<std::unique_ptr<NativeAtlas>> NativeAtlas::Make(const AtlasPlan& plan)
   atlas->Voxels_ = LazyMemory::Make(plan.AtlasBytes + 2 * Margin);
   atlas->Cells_ = LazyMemory::Make(plan.CellBytes);
   atlas->Occupancy_ = LazyMemory::Make(plan.OccupancyBytes);
-  atlas->Version = LazyMemory::Make(std::uint64_t{ plan.Slots } * sizeof(std::uint32_t));
+  atlas->VersionOffset = plan.OccupancyBytes - std::uint64_t{ plan.Slots } * sizeof(std::uint32_t);
   bool complete = atlas->Voxels_.Data() != nullptr && atlas->Cells_.Data() != nullptr &&
-    atlas->Occupancy_.Data() != nullptr && atlas->Version.Data() != nullptr;
+    atlas->Occupancy_.Data() != nullptr;
   if (plan.SlotTableBytes != 0)
   {
     atlas->Slots = LazyMemory::Make(plan.SlotTableBytes);

@@ -51,7 +51,7 @@ public:
   }
   std::uint32_t* OccupancyVersion() const
   {
-    return reinterpret_cast<std::uint32_t*>(this->Version.Data());
+    return reinterpret_cast<std::uint32_t*>(this->Occupancy_.Data() + this->VersionOffset);
   }
   /// Null where the format isn't relative to its brick.
   const float* SlotTable() const { return reinterpret_cast<const float*>(this->Slots.Data()); }
@@ -62,9 +62,9 @@ private:
   static constexpr std::uint64_t Margin = 64;
   LazyMemory Voxels_;
   LazyMemory Cells_;
-  LazyMemory Occupancy_;
-  LazyMemory Version;
+  LazyMemory Occupancy_; ///< words of bits, then a version per slot
   LazyMemory Slots;
+  std::uint64_t VersionOffset = 0;
 };
 
 } // namespace teravox

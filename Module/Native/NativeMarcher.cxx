@@ -9,7 +9,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <omp.h>
-#include <tuple>
 #include <unordered_map>
 #include <utility>
 
@@ -58,6 +57,40 @@ void NativeView::Clear()
   {
     this->Color[i] = 1;
   }
+}
+
+void SetTables(NativeScene& scene, const TransferTable& table, std::uint32_t version)
+{
+  scene.Integrals = table.Integrals.front().data();
+  scene.Colors = table.Colors.front().data();
+  scene.Occupied = table.Occupied.data();
+  scene.Extremes = table.Extremes.front().data();
+  scene.Blocks = table.Blocks;
+  scene.ExtremesBlock = TransferTable::ExtremesBlock;
+  scene.TableVersion = version;
+}
+
+void SetAtlas(
+  NativeScene& scene, const NativeAtlas& atlas, const PageTable& table, const TexelFormat& format)
+{
+  scene.Voxels = atlas.Voxels();
+  scene.Cells = atlas.Cells();
+  scene.Occupancy = atlas.Occupancy();
+  scene.OccupancyVersion = atlas.OccupancyVersion();
+  scene.SlotTable = atlas.SlotTable();
+  static_assert(sizeof(PageEntry) == 3 * sizeof(std::uint32_t));
+  scene.PageTable = reinterpret_cast<const std::uint32_t*>(table.Entries().data());
+  scene.BytesPerTexel = format.BytesPerTexel;
+  scene.FloatTexels = format.IsFloat();
+}
+
+void SetView(NativeScene& scene, NativeView& view, int width, int height)
+{
+  scene.Width = width;
+  scene.Height = height;
+  scene.Color = view.Color.data();
+  scene.Position = view.Position.data();
+  scene.Depth = view.Depth.data();
 }
 
 namespace
@@ -173,11 +206,7 @@ PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::
   }
   // In an order that depends on no hash and no thread.
   std::sort(result.Report.Missed.begin(), result.Report.Missed.end(),
-    [](const Feedback::Miss& a, const Feedback::Miss& b)
-    {
-      return std::tie(a.Key.Level, a.Key.Z, a.Key.Y, a.Key.X) <
-        std::tie(b.Key.Level, b.Key.Z, b.Key.Y, b.Key.X);
-    });
+    [](const Feedback::Miss& a, const Feedback::Miss& b) { return a.Key < b.Key; });
   result.Report.UsedSlots = Indices(this->UsedSlots);
   result.Report.UsedBlocks = Indices(this->UsedBlocks);
   return result;

@@ -2,8 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "NativeAtlas.h"
 #include "NativeScene.h"
+#include "PageTable.h"
 #include "PassResult.h"
+#include "TexelFormat.h"
+#include "TransferTable.h"
 
 #include <cstdint>
 #include <vector>
@@ -24,6 +28,13 @@ struct NativeView
   static constexpr std::uint64_t BytesPerPixel = 36;
 };
 
+/// What a scene points to. All of it must stay where it is until the pass has been drawn.
+/// `version` tells tables apart; not 0.
+void SetTables(NativeScene& scene, const TransferTable& table, std::uint32_t version);
+void SetAtlas(
+  NativeScene& scene, const NativeAtlas& atlas, const PageTable& table, const TexelFormat& format);
+void SetView(NativeScene& scene, NativeView& view, int width, int height);
+
 /// Draws passes on this machine's processors, with all threads that OpenMP gives: what the
 /// shaders do, for nodes without a GPU. Needs no OpenGL. The picture depends neither on the number
 /// of threads nor on the instruction set. Thread: used by the render thread only.
@@ -32,7 +43,7 @@ class NativeMarcher
 public:
   NativeMarcher();
   /// One pass over tiles (x | y << 16, of TILE_SIZE pixels); afterwards `tiles` are those in which
-  /// a ray is still under way. `scene` comes without kernel's stamps, which are kept here.
+  /// a ray is still under way. `scene` comes without the stamps, which are kept here.
   PassResult DrawPass(NativeScene scene, std::uint32_t slots, std::uint32_t pageBlocks,
     std::vector<std::uint32_t>& tiles);
 

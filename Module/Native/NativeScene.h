@@ -34,7 +34,7 @@ struct NativeScene
 
   const float* Extremes = nullptr; ///< TransferTable::Extremes
   int Blocks = 0;                  ///< TransferTable::Blocks
-  int ExtremesBlock = 16;
+  int ExtremesBlock = 0;           ///< TransferTable::ExtremesBlock
 
   int Width = 0; ///< pixels
   int Height = 0;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps of a given length: samples at its multiples from the eye and at brick faces, linear in
+// Steps of a given length: samples at its multiples of depth and at brick faces, linear in
 // between. What a user who switches error control off gets, and what the order of convergence is
 // measured with.
 

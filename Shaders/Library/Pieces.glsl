@@ -22,8 +22,8 @@ const float NORMAL_WEIGHT = 0.3;
 const float KINK_WEIGHT = 0.25;
 const float BEND_WEIGHT = 0.1;
 
-// Where in (0, 1) the cubic turns, to a thousandth or so; 2 for nowhere. A cubic that turns twice
-// inside hardly bends; what it does is part of the error of its pieces.
+// Where in (0, 1) the cubic turns, to a thousandth or so where its slope is nearly linear; 2 for
+// nowhere. How far a turn is missed is part of the error of the pieces.
 float TurningPoint(vec4 c)
 {
   float begin = c.y;

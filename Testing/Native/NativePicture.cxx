@@ -4,6 +4,7 @@
 
 #include "AtlasPlan.h"
 #include "BrickTexels.h"
+#include "MarchSetup.h"
 #include "NativeAtlas.h"
 #include "NativeMarcher.h"
 #include "PageTable.h"
@@ -104,12 +105,8 @@ LoadResult Load(BrickSource& source, const BrickKey& key)
     }
     return result;
   }
-  BrickKey first = key;
-  first.PageLevel = static_cast<std::uint8_t>(key.PageLevel - 1);
-  first.X *= PageBlockEdge;
-  first.Y *= PageBlockEdge;
-  first.Z *= PageBlockEdge;
-  auto ranges = source.ReadRanges(first, { PageBlockEdge, PageBlockEdge, PageBlockEdge });
+  auto ranges =
+    source.ReadRanges(key.FirstChild(), { PageBlockEdge, PageBlockEdge, PageBlockEdge });
   result.Outcome = ranges.GetStatus();
   if (ranges)
   {
@@ -187,9 +184,9 @@ Status PictureMaker::Parts::Prepare()
   {
     BrickKey first;
     first.Level = static_cast<std::uint8_t>(l);
-    first.PageLevel = static_cast<std::uint8_t>(info.Layout.PageDepth());
+    first.PageLevel = static_cast<std::uint8_t>(info.Layout.PageDepth(l));
     const auto ranges =
-      this->Scene.Source->ReadRanges(first, info.Layout.Pages(l, info.Layout.PageDepth()));
+      this->Scene.Source->ReadRanges(first, info.Layout.Pages(l, info.Layout.PageDepth(l)));
     if (ranges)
     {
       this->Table->SetDirectoryRanges(l, ranges.Value());
@@ -216,13 +213,8 @@ void PictureMaker::Parts::FillParameters()
     static_cast<std::uint32_t>(this->Scene.Source->Info().Layout.StoredSize()) };
   p.Value = { static_cast<float>(this->Format.Scale), static_cast<float>(this->Format.Offset), 0,
     0 };
-  const auto low = static_cast<float>(this->Transfer.Low);
-  p.Transfer = { low, static_cast<float>(this->Transfer.Low - static_cast<double>(low)),
-    static_cast<float>(this->Transfer.NodesPerUnit), static_cast<float>(this->Transfer.Nodes) };
-  const double tolerance = this->Scene.Tolerance;
-  p.Step = { static_cast<float>(this->Scene.SampleDistance), static_cast<float>(tolerance * 2 / 3),
-    tolerance > 0 ? static_cast<float>(tolerance / 4) : 1.0e-6f,
-    static_cast<float>(tolerance / 16) };
+  p.Transfer = TransferParameters(this->Transfer);
+  p.Step = StepParameters(this->Scene.SampleDistance, this->Scene.Tolerance, 1);
   p.Switches = { this->Means.Skip ? 1u : 0u, 0, 0, 0 };
   p.Limits[0] = this->Means.StepsPerPass;
   p.Material = this->Scene.Material;
@@ -235,26 +227,9 @@ NativeScene PictureMaker::Parts::MakeScene()
   NativeScene s;
   s.Parameters = &this->Geometry.Parameters;
   s.Intervals = &this->Geometry.Intervals;
-  s.Voxels = this->Atlas->Voxels();
-  s.Cells = this->Atlas->Cells();
-  s.Occupancy = this->Atlas->Occupancy();
-  s.OccupancyVersion = this->Atlas->OccupancyVersion();
-  s.TableVersion = this->TableVersion;
-  s.SlotTable = this->Atlas->SlotTable();
-  s.PageTable = reinterpret_cast<const std::uint32_t*>(this->Table->Entries().data());
-  s.Integrals = this->Transfer.Integrals.front().data();
-  s.Colors = this->Transfer.Colors.front().data();
-  s.Occupied = this->Transfer.Occupied.data();
-  s.Extremes = this->Transfer.Extremes.front().data();
-  s.Blocks = this->Transfer.Blocks;
-  s.ExtremesBlock = TransferTable::ExtremesBlock;
-  s.Width = this->Scene.Camera.Width;
-  s.Height = this->Scene.Camera.Height;
-  s.Color = this->View.Color.data();
-  s.Position = this->View.Position.data();
-  s.Depth = this->View.Depth.data();
-  s.BytesPerTexel = this->Format.BytesPerTexel;
-  s.FloatTexels = this->Format.IsFloat();
+  SetTables(s, this->Transfer, this->TableVersion);
+  SetAtlas(s, *this->Atlas, *this->Table, this->Format);
+  SetView(s, this->View, this->Scene.Camera.Width, this->Scene.Camera.Height);
   s.Nearest = this->Scene.Nearest;
   s.FixedStep = !this->Scene.Nearest && this->Scene.Tolerance <= 0;
   s.Shade = this->Scene.Shade;
@@ -264,17 +239,7 @@ NativeScene PictureMaker::Parts::MakeScene()
 std::vector<std::uint32_t> PictureMaker::Parts::Begin()
 {
   this->View.Clear();
-  std::vector<std::uint32_t> tiles;
-  constexpr int edge = static_cast<int>(shared::TILE_SIZE);
-  const std::array<int, 4>& seen = this->Geometry.Intervals.Rectangle;
-  for (int y = seen[1] / edge; y * edge < seen[3]; ++y)
-  {
-    for (int x = seen[0] / edge; x * edge < seen[2]; ++x)
-    {
-      tiles.push_back(static_cast<std::uint32_t>(x) | static_cast<std::uint32_t>(y) << 16);
-    }
-  }
-  return tiles;
+  return TilesOf(this->Geometry.Intervals.Rectangle);
 }
 
 bool PictureMaker::Parts::Carry(const FramePlan& plan, Picture& picture)

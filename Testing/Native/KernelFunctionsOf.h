@@ -2,6 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Included by one translation unit per instruction set, which sets TERAVOX_KERNEL to a namespace of
 // its own, and TERAVOX_KERNEL_FUNCTIONS to the name of what it defines.
+#include "NativeScene.h"
+
+namespace teravox::TERAVOX_KERNEL
+{
+// Declared so, the whole kernel isn't compiled once more for some of its functions.
+[[maybe_unused]] static NativeKernel Kernel();
+} // namespace teravox::TERAVOX_KERNEL
+
 #include "Kernel.h"
 #include "KernelFunctions.h"
 

@@ -87,11 +87,11 @@ if [ "$quick" = no ]; then
   export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1
   # Some tests take fewer steps in these builds: Testing/Support/Effort.h.
   stage "Address and undefined-behaviour sanitizers" \
-    sanitized_tests address,undefined "$build/asan" "^(core|source|truth)$" \
-    TestCore TestPyramids TestSource TestTruth WritePyramidSamples
+    sanitized_tests address,undefined "$build/asan" "^(core|native|source|truth)$" \
+    TestCore TestNative TestPyramids TestSource TestTruth WritePyramidSamples
   OMP_NUM_THREADS=1 stage "Thread sanitizer" \
-    sanitized_tests thread "$build/tsan" "^(core|source)$" \
-    TestCore TestPyramids TestSource WritePyramidSamples
+    sanitized_tests thread "$build/tsan" "^(core|native|source)$" \
+    TestCore TestNative TestPyramids TestSource WritePyramidSamples
 fi
 
 if [ "${#failed[@]}" -gt 0 ]; then

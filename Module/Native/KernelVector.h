@@ -271,12 +271,13 @@ template <typename F>
 TERAVOX_INLINE F PowerOf(F x, float power)
 {
   // log2 by the series of atanh around sqrt(1/2) ... sqrt(2) (as in fdlibm's e_logf.c).
-  const auto bits = AsInt(x) - 0x3f3504f3;
+  const F least = F{} + 1.2e-38f;
+  const auto bits = AsInt(Max(x, least)) - 0x3f3504f3;
   const F e = ToFloat(bits >> 23);
   const F m = AsFloat((bits & 0x7fffff) + 0x3f3504f3);
   const F f = (m - 1.0f) / (m + 1.0f);
   const F s = f * f;
   const F series = f * (2.0f + s * (0.66666667f + s * (0.4f + s * (0.28571429f + s * 0.24f))));
   const F minusLog = -(e * 0.69314718f + series);
-  return Select(x > F{} + 1.2e-38f, ExpOfMinus(Max(minusLog * power, F{})), F{});
+  return Select(x > least, ExpOfMinus(Max(minusLog * power, F{})), F{});
 }

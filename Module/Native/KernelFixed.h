@@ -40,7 +40,7 @@ void IntegrateFixed(
     Floats depth = MeanExtinction(a, b, Floats{}, Floats{}).Mean * (length * ray.World);
     depth = Select((a.X == a.X) & (b.X == b.X), depth, Floats{});
     const Floats opacity = OpacityOf(depth);
-    const Floats gathered = CentroidOf(a.S, b.S, depth, opacity);
+    const Floats gathered = CentroidOf(a.S, b.S, depth);
     Color<Floats> color = Mix(TransferColor(c.Table, a.X), TransferColor(c.Table, b.X), gathered);
     if constexpr (Shade)
     {

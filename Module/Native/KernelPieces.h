@@ -5,17 +5,22 @@
 // share. The estimates are those of Shaders/Library/Pieces.glsl.
 
 constexpr float SmallestPiece = 1.0f / 512.0f; // of a cell
-// Where in an opaque piece light is gathered isn't known better than to this share of the piece.
+// Where in a piece of an optical depth of OpaqueDepth and more light is gathered isn't known better
+// than to this share of the piece: the front of the extinction decides.
 constexpr float OpaquePlace = 0.35f;
+constexpr float OpaqueDepth = 4.0f;
 // Share of the change of light, and of its deviation from a linear change, taken as its error.
 constexpr float LightWeight = 0.06f;
 constexpr float LightBendWeight = 0.5f;
 // Of the square of 1 - the cosine between the normals at the ends: between such ends light may do
 // anything.
 constexpr float NormalWeight = 0.3f;
-// Share of the deviation of colours at the ends from a linear change that is taken as an error, and
-// of the bend of the field.
+// Share of the deviation of colours at the ends from a linear change that is taken as an error: of
+// any, and where one kink explains it (99 of 100 random pieces err less). And of the bend of the
+// field.
 constexpr float KinkWeight = 0.25f;
+constexpr float SingleKinkWeight = 0.05f;
+constexpr float LeastKink = 1.0e-3f; // that is worth a division
 constexpr float BendWeight = 0.1f;
 
 // What a ray has gathered, front to back: the colour (red, green, blue and a rest) is
@@ -118,19 +123,43 @@ TERAVOX_INLINE Extinction MeanExtinction(
   return e;
 }
 
-// How far the colours of a piece are from the line between those of its ends, `dx` nodes apart.
-TERAVOX_INLINE Floats KinkOf(const Color<Floats>& a, const Color<Floats>& slopeA,
+// The colours of a piece of `dx` nodes against the line between those of its ends. Where the slopes
+// at the ends say so, the function has one kink in between: then the peak of the triangle is known.
+struct Kink
+{
+  Color<Floats> Mean; // how far the mean is from the line
+  Floats Error;
+};
+TERAVOX_INLINE Kink KinkOf(const Color<Floats>& a, const Color<Floats>& slopeA,
   const Color<Floats>& b, const Color<Floats>& slopeB, Floats dx)
 {
-  const Color<Floats> chord{ b.Red - a.Red, b.Green - a.Green, b.Blue - a.Blue };
-  return Max(Difference(chord, Times(slopeA, dx)), Difference(chord, Times(slopeB, dx)));
+  const Floats zero = {};
+  Kink kink{ { zero, zero, zero }, zero };
+  const auto channel = [&](Floats from, Floats slopeFrom, Floats to, Floats slopeTo, Floats& mean)
+  {
+    const Floats chord = to - from;
+    const Floats before = slopeFrom * dx - chord;
+    const Floats behind = chord - slopeTo * dx;
+    const Floats most = Max(Abs(before), Abs(behind));
+    const Ints single = (before * behind > 0.0f) & (most > LeastKink);
+    if (Bits(single) != 0)
+    {
+      const Floats sum = Select(single, before + behind, zero + 1.0f);
+      mean = Select(single, 0.5f * (before * behind) / sum, zero);
+    }
+    kink.Error = Max(kink.Error, most * Select(single, zero + SingleKinkWeight, zero + KinkWeight));
+  };
+  channel(a.Red, slopeA.Red, b.Red, slopeB.Red, kink.Mean.Red);
+  channel(a.Green, slopeA.Green, b.Green, slopeB.Green, kink.Mean.Green);
+  channel(a.Blue, slopeA.Blue, b.Blue, slopeB.Blue, kink.Mean.Blue);
+  return kink;
 }
 
 // How well it is known where in a piece light is gathered, as a share of the piece: only as far as
 // the extinction is linear.
 TERAVOX_INLINE Floats PlaceError(const Extinction& e, Floats depth)
 {
-  const Floats thick = Min(depth, Splat(1.0f));
+  const Floats thick = Min(depth * (1.0f / OpaqueDepth), Splat(1.0f));
   return OpaquePlace * thick * thick + 0.25f * e.Uneven / Max(e.Mean, Splat(1.0e-30f));
 }
 
@@ -167,9 +196,10 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
   const Color<Floats> colorA = TransferColor(c.Table, a.X, slopeA);
   const Color<Floats> colorB = TransferColor(c.Table, b.X, slopeB);
   const Floats one = Splat(1.0f);
-  const Floats gathered = CentroidOf(a.S, b.S, depth, opacity);
+  const Floats gathered = CentroidOf(a.S, b.S, depth);
   Color<Floats> color = Mix(colorA, colorB, Min(Max(gathered + e.Ahead, Floats{}), one));
-  const Floats kink = KinkOf(colorA, slopeA, colorB, slopeB, b.X - a.X);
+  const Kink kink = KinkOf(colorA, slopeA, colorB, slopeB, b.X - a.X);
+  color = Moved(color, kink.Mean);
   const Floats place = PlaceError(e, depth);
   Floats shift;
   if constexpr (Shade)
@@ -192,7 +222,7 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
   {
     shift = Difference(colorA, colorB) * (place + BendWeight * e.Off);
   }
-  shift = shift + KinkWeight * kink;
+  shift = shift + kink.Error;
   ToQuads(color, opacity, out.Color);
   out.Error = ErrorOf(c, opacity, e.Change * length, shift);
 }

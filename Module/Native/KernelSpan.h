@@ -199,17 +199,28 @@ __attribute__((noinline)) float IntegrateSpan(Context& c, State& state, const Ra
   const Floats length = Splat(step * ray.World);
   const Floats depth = mean * length;
   const Floats opacity = OpacityOf(depth);
-  const Floats gathered = CentroidOf(a.S, b.S, depth, opacity);
-  const Color<Floats> color = Mix(colorA, colorB, gathered);
+  const Floats gathered = CentroidOf(a.S, b.S, depth);
+  Color<Floats> color = Mix(colorA, colorB, gathered);
   const Floats off = (OfPieces(Abs(pair - 0.5f * (mean + Ahead<1>(mean)))) * PairWeight +
                        fine.Change * SpanBendWeight) *
     length;
   const Floats between = OfPieces(Difference(colorB, Mix(colorA, Ahead<2>(colorA), Splat(0.5f))));
-  const Floats kink = KinkOf(plain, slopeA, Ahead<1>(plain), Ahead<1>(slopeA), b.X - a.X);
+  const Kink kink = KinkOf(plain, slopeA, Ahead<1>(plain), Ahead<1>(slopeA), b.X - a.X);
+  Floats kinkError = kink.Error;
+  if constexpr (Shade)
+  {
+    // What a kink does to lit colours isn't known.
+    const Floats none = {};
+    kinkError += Difference(kink.Mean, Color<Floats>{ none, none, none });
+  }
+  else
+  {
+    color = Moved(color, kink.Mean);
+  }
   const Floats place = PlaceError(fine, depth);
   const Floats shift = between * (Shade ? LitPairWeight : PairWeight) +
     Difference(colorA, colorB) * (place + BendWeight * fine.Off + (Shade ? LightWeight : 0.0f)) +
-    KinkWeight * kink + NormalWeight * turned * turned;
+    kinkError + NormalWeight * turned * turned;
   const Floats error = ErrorOf(c, opacity, off, shift);
   const float worst = LargestLane(Select(FirstLanes(SpanPieces), error, Floats{}));
   if (!(worst <= bounds.Allowed))

@@ -107,6 +107,16 @@ TERAVOX_INLINE Color<F> Mix(const Color<F>& a, const Color<F>& b, F weight)
     a.Blue + weight * (b.Blue - a.Blue) };
 }
 
+// A colour and what is to be added, as far as that leaves a colour.
+template <typename F>
+TERAVOX_INLINE Color<F> Moved(const Color<F>& a, const Color<F>& by)
+{
+  const F zero = F{};
+  const F one = zero + 1.0f;
+  return { Min(Max(a.Red + by.Red, zero), one), Min(Max(a.Green + by.Green, zero), one),
+    Min(Max(a.Blue + by.Blue, zero), one) };
+}
+
 template <typename F>
 TERAVOX_INLINE F Difference(const Color<F>& a, const Color<F>& b)
 {
@@ -165,15 +175,18 @@ TERAVOX_INLINE F OpacityOf(F depth)
 }
 
 // Where along a piece, from 0 at its front to 1, its light comes from: the first moment of
-// s(u) exp(-depth so far), exact for a linear s in thin and for a constant s in thick media.
+// s(u) exp(-depth so far) for a linear s. Exact to the first order of the depth, with coefficients
+// fitted to the integral: off by 0.0035 at most up to a depth of 4, 0.026 up to 12.
 template <typename F>
-TERAVOX_INLINE F CentroidOf(F sFront, F sBack, F depth, F opacity)
+TERAVOX_INLINE F CentroidOf(F sFront, F sBack, F depth)
 {
   const F zero = F{};
   const F sum = sFront + sBack;
-  const F linear =
-    Select(sum > 0.0f, (sFront + 2.0f * sBack) / (3.0f * Max(sum, zero + 1.0e-37f)), zero + 0.5f);
-  const F thick = Select(depth < 0.3f, 0.5f - depth * 0.083333333f,
-    1.0f / Max(depth, zero + 0.1f) - (1.0f - opacity) / Max(opacity, zero + 0.01f));
-  return Min(Max(2.0f * linear * thick, zero), zero + 1.0f);
+  const F front = Select(sum > 0.0f, sFront / Max(sum, zero + 1.0e-37f), zero + 0.5f);
+  const F d = Min(depth, zero + 100.0f);
+  const F thin = (2.0f - front) * 0.33333333f;
+  const F n = 0.147802f - front * (0.264173f - front * 0.122512f);
+  const F m = 0.028545f + front * (0.046648f - front * 0.034667f);
+  return thin * thin * (1.0f + n * d) /
+    (thin * (1.0f + d * (n + m * d)) + d * (1.0f + front * (1.0f - front)) * 0.066666667f);
 }

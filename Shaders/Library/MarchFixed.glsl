@@ -53,7 +53,7 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
     depth = a.s < 0.0 || b.s < 0.0 ? 0.0 : depth;
 #endif
     float opacity = OpacityOf(depth);
-    float gathered = CentroidOf(a.s, b.s, depth, opacity);
+    float gathered = CentroidOf(a.s, b.s, depth);
     vec3 color = mix(TransferColor(a.x), TransferColor(b.x), gathered);
 #if TERAVOX_SHADE
     color = LitColor(color, LightAt(state, view, level, mix(t, next, gathered)));

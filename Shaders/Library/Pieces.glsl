@@ -4,9 +4,10 @@
 
 const float SMALLEST_PIECE = 1.0 / 512.0; // of a cell
 
-// Where in an opaque piece the light is gathered isn't known better than to this share of the
-// piece.
+// Where in a piece of an optical depth of OPAQUE_DEPTH and more light is gathered isn't known better
+// than to this share of the piece: the front of the extinction decides.
 const float OPAQUE_PLACE = 0.35;
+const float OPAQUE_DEPTH = 4.0;
 
 // Share of the change of light, and of its deviation from a linear change, that is taken as its
 // error: the light is that of the place where most of it is gathered.
@@ -17,9 +18,12 @@ const float LIGHT_BEND_WEIGHT = 0.5;
 // anything.
 const float NORMAL_WEIGHT = 0.3;
 
-// Share of the deviation of colours at the ends from a linear change that is taken as an error, and
-// of the bend of the field.
+// Share of the deviation of colours at the ends from a linear change that is taken as an error: of
+// any, and where one kink explains it (99 of 100 random pieces err less). And of the bend of the
+// field.
 const float KINK_WEIGHT = 0.25;
+const float SINGLE_KINK_WEIGHT = 0.05;
+const float LEAST_KINK = 1.0e-3;
 const float BEND_WEIGHT = 0.1;
 
 // Where in (0, 1) the cubic turns, to a thousandth or so where its slope is nearly linear; 2 for
@@ -88,17 +92,24 @@ void IntegrateCell(
     float opacity = OpacityOf(depth);
     vec3 slopeB;
     vec3 colorB = TransferColor(x, slopeB);
-    float gathered = CentroidOf(a.s, b.s, depth, opacity);
+    float gathered = CentroidOf(a.s, b.s, depth);
     vec3 color =
       mix(colorA, colorB, clamp(gathered + (wide ? excess / dx : 0.0), 0.0, 1.0));
     float uneven = abs(chord - 0.5 * (a.s + b.s));
     float share = min(1.0, off / max(abs(dx), 1.0e-3));
     float variation = max(abs(a.slope - slope), abs(b.slope - slope));
     float change = min(0.67 * variation * off + 4.0 * uneven * share, a.s + b.s + 2.0 * chord);
-    float kink = max(LargestOf(abs(colorB - colorA - slopeA * dx)),
-      LargestOf(abs(colorB - colorA - slopeB * dx)));
+    // Where the slopes at the ends say so, a channel has one kink in between: then the peak of the
+    // triangle above the line between the ends is known.
+    vec3 before = slopeA * dx - (colorB - colorA);
+    vec3 behind = (colorB - colorA) - slopeB * dx;
+    vec3 most = max(abs(before), abs(behind));
+    vec3 single = step(vec3(LEAST_KINK), most) * (vec3(1.0) - step(before * behind, vec3(0.0)));
+    vec3 triangle = single * (0.5 * (before * behind)) / mix(vec3(1.0), before + behind, single);
+    color = clamp(color + triangle, vec3(0.0), vec3(1.0));
+    float kink = LargestOf(most * mix(vec3(KINK_WEIGHT), vec3(SINGLE_KINK_WEIGHT), single));
     // Where in the piece light is gathered is known only as far as the extinction is linear.
-    float thick = min(depth, 1.0);
+    float thick = min(depth * (1.0 / OPAQUE_DEPTH), 1.0);
     float place = OPAQUE_PLACE * thick * thick + 0.25 * uneven / max(mean, 1.0e-30);
 #if TERAVOX_SHADE
     vec3 normalB = NormalOf(Along(gradient, to) * perVoxel);
@@ -115,7 +126,7 @@ void IntegrateCell(
 #else
     float shift = LargestOf(abs(colorB - colorA)) * (place + BEND_WEIGHT * share);
 #endif
-    shift += KINK_WEIGHT * kink;
+    shift += kink;
     float gained = state.transmittance * opacity;
     float error = state.transmittance * min(change * pieceLength, 1.0) * (1.0 - opacity) +
       gained * min(shift, 1.0);

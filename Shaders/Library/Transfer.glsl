@@ -93,11 +93,16 @@ float MeanExtinction(Sample a, Sample b)
 }
 
 // Where along a piece, from 0 at its front to 1, its light comes from: the first moment of
-// s(u) exp(-depth so far), exact for a linear s in thin and for a constant s in thick media.
-float CentroidOf(float sFront, float sBack, float depth, float opacity)
+// s(u) exp(-depth so far) for a linear s. Exact to the first order of the depth, with coefficients
+// fitted to the integral: off by 0.0035 at most up to a depth of 4, 0.026 up to 12.
+float CentroidOf(float sFront, float sBack, float depth)
 {
   float sum = sFront + sBack;
-  float linear = sum > 0.0 ? (sFront + 2.0 * sBack) / (3.0 * sum) : 0.5;
-  float thick = depth < 0.3 ? 0.5 - depth * 0.083333333 : 1.0 / depth - (1.0 - opacity) / opacity;
-  return clamp(2.0 * linear * thick, 0.0, 1.0);
+  float front = sum > 0.0 ? sFront / max(sum, 1.0e-37) : 0.5;
+  float d = min(depth, 100.0);
+  float thin = (2.0 - front) * 0.33333333;
+  float n = 0.147802 - front * (0.264173 - front * 0.122512);
+  float m = 0.028545 + front * (0.046648 - front * 0.034667);
+  return thin * thin * (1.0 + n * d) /
+    (thin * (1.0 + d * (n + m * d)) + d * (1.0 + front * (1.0 - front)) * 0.066666667);
 }

@@ -225,6 +225,7 @@ void IntegrateBrick(
   const Quad last = LastCell(view);
   const Quad none = {};
   const bool skip = c.P.Switches[0] != 0;
+  const std::uint64_t* onward = OnwardOf(w);
   // Spans of samples: their distance, whence on and how often they may fail.
   const float voxel = VoxelDepth(w);
   float spanStep = FirstStep * voxel;
@@ -274,9 +275,9 @@ void IntegrateBrick(
     const Quad next = LeastOfThree(exits);
     const float stop = Min(Max(next[0], t), t1);
     const CellPlace place = PlaceOf(view, at);
-    if (skip && place.Seen() == 0)
+    if (skip && !place.MayMeet(onward))
     {
-      // All of its MacroEdge^3 cells at once.
+      // All the rest of its MacroEdge^3 cells at once.
       const Quad first = Floor(at * (1.0f / macroEdge)) * macroEdge;
       const Quad far = (FacesAhead(w, first, edge * macroEdge) - w.First) * w.Inverse;
       t = Max(LeastOfThree(far)[0], t);

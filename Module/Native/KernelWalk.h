@@ -57,6 +57,42 @@ TERAVOX_INLINE bool IsOutside(const BrickView& view, Quad at)
   return Bits((at < Quad{}) | (at > LastCell(view))) != 0;
 }
 
+// Which of the MacroEdge^3 cells of a word can be met by a ray from each of them on: those that
+// aren't behind it on any axis. One table for each of the eight combinations of signs (x + 2 y +
+// 4 z, 1 for upwards).
+struct OnwardTable
+{
+  std::uint64_t Cells[8][MacroEdge * MacroEdge * MacroEdge];
+};
+constexpr OnwardTable MakeOnward()
+{
+  OnwardTable table{};
+  constexpr int count = MacroEdge * MacroEdge * MacroEdge;
+  for (int signs = 0; signs < 8; ++signs)
+  {
+    for (int from = 0; from < count; ++from)
+    {
+      for (int to = 0; to < count; ++to)
+      {
+        bool met = true;
+        for (int axis = 0; axis < 3; ++axis)
+        {
+          const int shift = 2 * axis;
+          const int step = (to >> shift & 3) - (from >> shift & 3);
+          met = met && ((signs >> axis & 1) != 0 ? step >= 0 : step <= 0);
+        }
+        table.Cells[signs][from] |= std::uint64_t{ met ? 1u : 0u } << to;
+      }
+    }
+  }
+  return table;
+}
+constexpr OnwardTable Onward = MakeOnward();
+inline const std::uint64_t* OnwardOf(const Walk& w)
+{
+  return Onward.Cells[Bits(w.Forward > Quad{}) & 7u];
+}
+
 // Faces ahead of a ray of `size` voxels from the cell of CELL_EDGE^3 voxels `at` on. The first cell
 // begins half a voxel before the brick.
 TERAVOX_INLINE Quad FacesAhead(const Walk& w, Quad at, float size)
@@ -80,6 +116,11 @@ struct CellPlace
     return (__atomic_load_n(this->Words + 1, __ATOMIC_RELAXED) >> this->Bit & 1u) != 0;
   }
   std::uint64_t Seen() const { return __atomic_load_n(this->Words, __ATOMIC_RELAXED); }
+  // Of those whose bits are in its word: whether the ray may meet one that may be seen.
+  bool MayMeet(const std::uint64_t* onward) const
+  {
+    return (this->Seen() & onward[this->Bit]) != 0;
+  }
 };
 TERAVOX_INLINE CellPlace PlaceOf(const BrickView& view, Quad at)
 {

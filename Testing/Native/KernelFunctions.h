@@ -17,6 +17,10 @@ struct KernelFunctions
   float (*ExpOfMinusOne)(float x);
   void (*PowerOf)(const Lane8& x, float power, Lane8& result);
   void (*OpacityOf)(const Lane8& depth, Lane8& result);
+  void (*CentroidOf)(const Lane8& front, const Lane8& back, const Lane8& depth, Lane8& result);
+  /// Of one channel: values and slopes per node at the ends of pieces of `dx` nodes.
+  void (*KinkOf)(
+    const Lane8 (&values)[2], const Lane8 (&slopes)[2], const Lane8& dx, Lane8& mean, Lane8& error);
   void (*TurningPoint)(const Lane8 (&cubic)[4], Lane8& result);
   /// Four vectors to eight rows, and these to vectors again.
   void (*Transpose)(const Lane8 (&columns)[4], float (&rows)[8][4], Lane8 (&again)[4]);

@@ -79,6 +79,19 @@ KernelFunctions TERAVOX_KERNEL_FUNCTIONS()
   f.ExpOfMinusOne = [](float x) { return ExpOfMinus(x); };
   f.PowerOf = [](const Lane8& x, float power, Lane8& r) { Put(PowerOf(Take(x), power), r); };
   f.OpacityOf = [](const Lane8& depth, Lane8& r) { Put(OpacityOf(Take(depth)), r); };
+  f.CentroidOf = [](const Lane8& front, const Lane8& back, const Lane8& depth, Lane8& r)
+  { Put(CentroidOf(Take(front), Take(back), Take(depth)), r); };
+  f.KinkOf =
+    [](const Lane8(&values)[2], const Lane8(&slopes)[2], const Lane8& dx, Lane8& mean, Lane8& error)
+  {
+    const auto grey = [](const Lane8& v) -> Color<Floats> {
+      return { Take(v), Take(v), Take(v) };
+    };
+    const Kink kink =
+      KinkOf(grey(values[0]), grey(slopes[0]), grey(values[1]), grey(slopes[1]), Take(dx));
+    Put(kink.Mean.Green, mean);
+    Put(kink.Error, error);
+  };
   f.TurningPoint = [](const Lane8(&c)[4], Lane8& r) {
     Put(TurningPoint(Cubic{ Take(c[0]), Take(c[1]), Take(c[2]), Take(c[3]) }), r);
   };

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <functional>
 #include <gtest/gtest.h>
+#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -169,6 +170,112 @@ TEST(NativeKernel, OpacityOf)
     EXPECT_NEAR(y[1], y[2], 2e-7f) << set.Name;
     EXPECT_EQ(y[4], 1.0f) << set.Name;
     EXPECT_EQ(y[5], 1.0f) << set.Name;
+  }
+}
+
+// Where the light of a piece of linear extinction comes from, by the midpoint rule.
+double Centroid(double front, double back, double depth)
+{
+  constexpr int steps = 4000;
+  const double share = front / (front + back);
+  double light = 0;
+  double moment = 0;
+  for (int i = 0; i < steps; ++i)
+  {
+    const double u = (i + 0.5) / steps;
+    const double s = 2 * (share + (1 - 2 * share) * u);
+    const double before = depth * (2 * share * u + (1 - 2 * share) * u * u);
+    light += s * std::exp(-before);
+    moment += u * s * std::exp(-before);
+  }
+  return moment / light;
+}
+
+TEST(NativeKernel, CentroidOfALinearExtinction)
+{
+  for (const Set& set : AllSets())
+  {
+    for (int i = 0; i <= 20; ++i)
+    {
+      const float front = static_cast<float>(i) / 20;
+      const Lane8 fronts{ front, front, front, front, front, front, front, front };
+      const float back = 1 - front;
+      const Lane8 backs{ back, back, back, back, back, back, back, back };
+      const Lane8 depths{ 1e-6f, 0.1f, 0.3f, 1, 2, 4, 8, 12 };
+      const double bounds[8]{ 1e-5, 2e-4, 4e-4, 1.6e-3, 2.1e-3, 3.6e-3, 0.028, 0.028 };
+      Lane8 r{};
+      set.Functions.CentroidOf(fronts, backs, depths, r);
+      for (int l = 0; l < 8; ++l)
+      {
+        EXPECT_NEAR(static_cast<double>(r[l]),
+          Centroid(
+            static_cast<double>(front), static_cast<double>(back), static_cast<double>(depths[l])),
+          bounds[l])
+          << set.Name << ", front " << front << ", depth " << depths[l];
+      }
+    }
+    // Nothing, and more than any number.
+    const float infinity = std::numeric_limits<float>::infinity();
+    const Lane8 fronts{ 0, 0, 1, 1e-30f, 1e30f, 0, 1, 0 };
+    const Lane8 backs{ 0, 1, 0, 1e-30f, 1e30f, 1e-38f, 1, 0 };
+    const Lane8 depths{ 0, infinity, infinity, 0, 1e30f, 0, infinity, 1 };
+    Lane8 r{};
+    set.Functions.CentroidOf(fronts, backs, depths, r);
+    for (int l = 0; l < 8; ++l)
+    {
+      EXPECT_TRUE(r[l] >= 0 && r[l] <= 1) << set.Name << ", lane " << l << ": " << r[l];
+    }
+  }
+}
+
+TEST(NativeKernel, OneKinkOfAColourIsKnown)
+{
+  std::mt19937 random(1);
+  for (int round = 0; round < 2000; ++round)
+  {
+    Lane8 values[2];
+    Lane8 slopes[2];
+    Lane8 dx;
+    Lane8 kink;
+    Fill(random, values[0], 0, 1);
+    Fill(random, slopes[0], -0.1, 0.1);
+    Fill(random, slopes[1], -0.1, 0.1);
+    Fill(random, dx, 1, 10);
+    Fill(random, kink, 0.1, 0.9); // where, as a share of the piece
+    for (int l = 0; l < 8; ++l)
+    {
+      values[1][l] = values[0][l] + dx[l] * (kink[l] * slopes[0][l] + (1 - kink[l]) * slopes[1][l]);
+    }
+    for (const Set& set : AllSets())
+    {
+      Lane8 mean{};
+      Lane8 error{};
+      set.Functions.KinkOf(values, slopes, dx, mean, error);
+      for (int l = 0; l < 8; ++l)
+      {
+        // The area of the triangle above the line between the ends.
+        const float bend = dx[l] * (slopes[0][l] - slopes[1][l]);
+        const float area = 0.5f * kink[l] * (1 - kink[l]) * bend;
+        const float most = std::abs(bend) * std::max(kink[l], 1 - kink[l]);
+        // The slightest ones aren't worth a division.
+        const bool slight = most < 2e-3f && mean[l] == 0.0f;
+        EXPECT_NEAR(mean[l], slight ? 0.0f : area, 1e-5) << set.Name;
+        EXPECT_LE(error[l], 0.25f * most + 1e-6f) << set.Name;
+        EXPECT_GE(error[l], 0.05f * most - 1e-6f) << set.Name;
+      }
+    }
+  }
+  // Equal slopes at the ends and another in between: two kinks. No mean, and the full error.
+  const Lane8 values[2]{ { 0, 0, 0, 0, 0, 0, 0, 0 }, { 1, 1, 1, 1, 1, 1, 1, 1 } };
+  const Lane8 slopes[2]{};
+  const Lane8 dx{ 2, 2, 2, 2, 2, 2, 2, 2 };
+  for (const Set& set : AllSets())
+  {
+    Lane8 mean{};
+    Lane8 error{};
+    set.Functions.KinkOf(values, slopes, dx, mean, error);
+    EXPECT_EQ(mean[3], 0.0f) << set.Name;
+    EXPECT_EQ(error[3], 0.25f) << set.Name;
   }
 }
 

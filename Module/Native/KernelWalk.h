@@ -109,12 +109,12 @@ struct CellPlace
   int Bit;
   std::size_t Range;
 
-  // Of the cell itself, and of all MacroEdge^3 whose bits are in its word.
   bool MayBeSeen() const { return (this->Seen() >> this->Bit & 1u) != 0; }
   bool IsUniform() const
   {
     return (__atomic_load_n(this->Words + 1, __ATOMIC_RELAXED) >> this->Bit & 1u) != 0;
   }
+  // All MacroEdge^3 whose bits are in the word.
   std::uint64_t Seen() const { return __atomic_load_n(this->Words, __ATOMIC_RELAXED); }
   // Of those whose bits are in its word: whether the ray may meet one that may be seen.
   bool MayMeet(const std::uint64_t* onward) const

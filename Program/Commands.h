@@ -129,7 +129,7 @@ struct BenchErrorOptions
 {
   std::vector<std::string> Scenes; ///< empty: all
   std::vector<std::string> Mappers{ "teravox", "vtk-gpu", "vtk-fixed-point" };
-  std::vector<double> Tolerances{ 64, 16, 4, 1, 0.25 };    ///< of our mapper, in 1/255
+  std::vector<double> Tolerances{ 64, 32, 16, 8, 4, 2, 1, 0.25 }; ///< of our mapper, in 1/255
   std::vector<double> Distances{ 2, 1, 0.5, 0.25, 0.125 }; ///< of VTK's GPU mapper, in voxels
   std::vector<double> FixedPointDistances{ 1, 0.5, 0.25 }; ///< of VTK's CPU mapper, in voxels
   std::array<int, 2> Size{ 512, 512 };

@@ -238,7 +238,7 @@ Run AddError(CLI::App* bench)
     ->delimiter(',');
   command
     ->add_option(
-      "--tolerances", options->Tolerances, "Of our mapper, in 1/255; default 64,16,4,1,0.25")
+      "--tolerances", options->Tolerances, "Of our mapper, in 1/255; default 64,32,16,8,4,2,1,0.25")
     ->delimiter(',')
     ->check(CLI::PositiveNumber);
   command

@@ -32,6 +32,9 @@ void ConvertIntegers(const Brick& brick, ConvertedBrick& out)
   }
 }
 
+// Where values lie close together and far from 0, floats tell them (and what lies between them)
+// apart as differences from the least. One voxel far from all others must not cost the others
+// their precision: then values stay as they are.
 template <typename T>
 void ConvertRelative(const Brick& brick, ConvertedBrick& out)
 {
@@ -45,17 +48,20 @@ void ConvertRelative(const Brick& brick, ConvertedBrick& out)
       range.Include(static_cast<double>(in[i]));
     }
   }
-  const double low = range.IsVoid() ? 0 : range.Min;
-  // Scale first rounded to what the marcher multiplies with, so that the ends map to 0 and about 1.
-  out.Scale = range.IsVoid() ? 1 : static_cast<float>(range.Max - range.Min);
-  out.Scale = out.Scale > 0 ? out.Scale : 1;
+  const double magnitude = std::max(std::abs(range.Min), std::abs(range.Max));
+  const bool far = !range.IsVoid() && range.Max - range.Min < 0.5 * magnitude;
+  const double low = far ? range.Min : 0;
   out.OffsetHigh = static_cast<float>(low);
   out.OffsetLow = static_cast<float>(low - static_cast<double>(out.OffsetHigh));
   auto* texels = reinterpret_cast<float*>(out.Bytes.data());
-  const double inverse = 1.0 / static_cast<double>(out.Scale);
+  if (std::is_same_v<T, float> && !far)
+  {
+    std::memcpy(texels, in, out.Bytes.size());
+    return;
+  }
   for (std::size_t i = 0; i < count; ++i)
   {
-    texels[i] = static_cast<float>((static_cast<double>(in[i]) - low) * inverse);
+    texels[i] = static_cast<float>(static_cast<double>(in[i]) - low);
   }
 }
 
@@ -141,10 +147,6 @@ ConvertedBrick ConvertBrick(const Brick& brick, const TexelFormat& format)
       if constexpr (std::is_integral_v<T> && sizeof(T) <= 2)
       {
         ConvertIntegers<T>(brick, out);
-      }
-      else if constexpr (std::is_same_v<T, float>)
-      {
-        std::memcpy(out.Bytes.data(), brick.Voxels.data(), out.Bytes.size());
       }
       else
       {

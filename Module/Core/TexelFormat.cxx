@@ -17,10 +17,9 @@ TexelFormat TexelFormat::Choose(ScalarType type)
       return { 2, false, 1, 0 };
     case ScalarType::Int16:
       return { 2, false, 1, -32768 };
-    case ScalarType::Float32:
-      return { 4, false, 1, 0 };
     case ScalarType::UInt32:
     case ScalarType::Int32:
+    case ScalarType::Float32:
     case ScalarType::Float64:
     default:
       return { 4, true, 1, 0 };

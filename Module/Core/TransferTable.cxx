@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 namespace teravox
 {
@@ -14,6 +15,8 @@ namespace
 constexpr double FewestIntervals = 4096;
 constexpr double MostIntervals = 65535; // their indices are 16-bit numbers
 constexpr double IntervalsPerKnot = 16;
+constexpr double LeastDomain = 1e-30;
+constexpr double LeastJump = 1.0 / 1024; // of opacity or colour
 
 // The interval outside which the function is constant, cut to the data.
 void ChooseDomain(
@@ -40,6 +43,8 @@ void ChooseDomain(
     // Constant over the data: any interval does.
     high = low + std::max(1.0, std::abs(low) * 1e-6);
   }
+  // Nodes per unit of value are a float.
+  high = std::max(high, low + LeastDomain);
 }
 
 int ChooseIntervals(const TransferFunction& function, bool integers, double low, double high)
@@ -64,6 +69,43 @@ int ChooseIntervals(const TransferFunction& function, bool integers, double low,
     return static_cast<int>(range * std::max(1.0, std::floor(wanted / range)));
   }
   return static_cast<int>(std::exp2(std::floor(std::log2(wanted))));
+}
+
+// Where in its interval the function jumps, by index of the interval; of several jumps the last.
+std::vector<float> FindJumps(const TransferFunction& function, const TransferTable& table)
+{
+  std::vector<float> jumps(static_cast<std::size_t>(table.Nodes), TransferTable::NoJump);
+  const double beside = 1e-3 / table.NodesPerUnit;
+  for (const double knot : function.Knots)
+  {
+    if (knot <= table.Low || knot >= table.High)
+    {
+      continue;
+    }
+    double change = std::abs(function.Opacity(knot + beside) - function.Opacity(knot - beside));
+    std::array<double, 3> before{};
+    std::array<double, 3> behind{};
+    function.Color(knot - beside, before.data());
+    function.Color(knot + beside, behind.data());
+    for (std::size_t c = 0; c < 3; ++c)
+    {
+      change = std::max(change, std::abs(behind[c] - before[c]));
+    }
+    // No slope that the table resolves changes as much in so short a distance.
+    if (change > LeastJump)
+    {
+      const double position = (knot - table.Low) * table.NodesPerUnit;
+      // A node has the value of the function, which is that of one side.
+      const double whole = std::round(position);
+      const bool isNode = std::abs(position - whole) < 1e-6;
+      const bool asBefore =
+        isNode && std::abs(function.Opacity(knot) - function.Opacity(knot - beside)) <= LeastJump;
+      const double interval = isNode ? whole - (asBefore ? 0 : 1) : std::floor(position);
+      jumps[static_cast<std::size_t>(std::clamp(interval, 0.0, table.Nodes - 2.0))] =
+        static_cast<float>(std::clamp(position - interval, 0.0, 1.0));
+    }
+  }
+  return jumps;
 }
 } // namespace
 
@@ -100,19 +142,32 @@ TransferTable BuildTransferTable(
     s[i] = static_cast<double>(static_cast<float>(s[i])); // as the table stores it
   }
 
+  const std::vector<float> jumps = FindJumps(function, table);
   table.Integrals.resize(nodes);
+  table.Variation.resize(nodes);
   double integral = 0;
+  double variation = 0;
   for (std::size_t i = 0; i < nodes; ++i)
   {
     const std::size_t next = std::min(i + 1, nodes - 1);
     const auto high = static_cast<float>(integral);
     const auto low = static_cast<float>(integral - static_cast<double>(high));
-    table.Integrals[i] = { high, low, static_cast<float>(s[i]), static_cast<float>(s[next]) };
+    const bool jump = jumps[i] != TransferTable::NoJump;
+    table.Integrals[i] = { high, low, static_cast<float>(s[i]),
+      static_cast<float>(jump ? -s[next] : s[next]) };
+    table.Variation[i] = static_cast<float>(variation);
+    double change = 0;
     for (std::size_t c = 0; c < 3; ++c)
     {
-      table.Colors[i][c] |= (table.Colors[next][c] & 0xffffu) << 16;
+      const std::uint32_t here = table.Colors[i][c];
+      const std::uint32_t there = table.Colors[next][c] & 0xffffu;
+      table.Colors[i][c] = here | there << 16;
+      change = std::max(change, std::abs(static_cast<double>(there) - here) / 65535);
     }
-    integral += i < next ? 0.5 * (s[i] + s[next]) : 0;
+    std::memcpy(&table.Colors[i][3], &jumps[i], sizeof(float));
+    variation += change;
+    const double share = jump ? static_cast<double>(jumps[i]) : 0.5;
+    integral += i < next ? share * s[i] + (1 - share) * s[next] : 0;
   }
   // A block ends with the first node of the next: between nodes s is linear.
   table.Blocks = (table.Nodes + TransferTable::ExtremesBlock - 1) / TransferTable::ExtremesBlock;

@@ -24,7 +24,8 @@ struct TransferFunction
 };
 
 /// The transfer function as the marcher samples it: extinction s and colour, linear between
-/// equidistant nodes, and the running integral of s as a pair of floats, so that a difference of
+/// equidistant nodes, but for intervals with a jump, of which each side has the value of its node;
+/// and the running integral of s as a pair of floats, so that a difference of
 /// two integrals doesn't cancel however unequal the parts of the function are. Read by
 /// Shaders/Library/Transfer.glsl. Thread: immutable value.
 struct TransferTable
@@ -33,11 +34,13 @@ struct TransferTable
   double High = 1;         ///< data value of the last node
   int Nodes = 0;           ///< at least 2
   double NodesPerUnit = 1; ///< (Nodes - 1) / (High - Low)
-  /// Per node: integral of s over nodes up to here (high, low), s here, s at the next node.
+  /// Per node: integral of s over nodes up to here (high, low), s here, s at the next node: with a
+  /// minus sign if there is a jump in between.
   std::vector<std::array<float, 4>> Integrals;
   /// Per node: red, green, blue, each 0..65535 here (low half) and at the next node (high half);
-  /// a word of nothing.
+  /// where in between the function jumps, as a float 0..1, or NoJump.
   std::vector<std::array<std::uint32_t, 4>> Colors;
+  static constexpr float NoJump = 2;
   /// Per interval, the two beyond the ends included (0 lies before the first node, Nodes behind the
   /// last): the first one from here on that isn't zero, Nodes + 1 if there is none; at most 65535.
   /// One element more, so that a pair can be read anywhere.
@@ -50,11 +53,15 @@ struct TransferTable
   int Blocks = 0;
   std::vector<std::array<float, 2>> Extremes;
 
+  /// Per node: how far the colour moves from the first node to here, the largest channel of each
+  /// interval added up; for the native marcher.
+  std::vector<float> Variation;
+
   /// Size of the tables on the GPU, or of those of the native marcher.
   std::uint64_t SizeInBytes() const
   {
     return 16 * this->Integrals.size() + 16 * this->Colors.size() + 2 * this->Occupied.size() +
-      8 * this->Extremes.size();
+      8 * this->Extremes.size() + 4 * this->Variation.size();
   }
 
   /// Extinction per world length of an opaque wall (opacity 1).

@@ -4,6 +4,7 @@
 
 #include "GLStateGuard.h"
 #include "MarchSetup.h"
+#include "ScaledBrickSource.h"
 
 #include <algorithm>
 #include <chrono>
@@ -31,11 +32,16 @@ VolumeEngine::~VolumeEngine() = default;
 
 void VolumeEngine::SetSource(std::shared_ptr<BrickSource> source)
 {
-  if (source == this->Source_)
+  if (source == this->Given)
   {
     return;
   }
-  this->Source_ = std::move(source);
+  this->Given = std::move(source);
+  this->Exponent = this->Given ? ScaleExponent(this->Given->Info()) : 0;
+  this->Source_ = this->Exponent == 0
+    ? this->Given
+    : std::make_shared<ScaledBrickSource>(this->Given, this->Exponent);
+  this->TableVersion = 0;
   this->Plan_ = {}; // a new page table with the next frame
   this->Unanswered = {};
   if (this->Loader)
@@ -249,8 +255,8 @@ Status VolumeEngine::Prepare(const FrameRequest& request)
   if (this->TableVersion != this->FunctionVersion || this->Transfer.Nodes == 0)
   {
     const VolumeInfo& info = this->Source_->Info();
-    this->Transfer =
-      BuildTransferTable(this->Function, info.Range, !IsFloat(info.Type), request.ShortestLength);
+    this->Transfer = BuildTransferTable(ScaleTransferFunction(this->Function, this->Exponent),
+      info.Range, !IsFloat(info.Type), request.ShortestLength);
     this->Marcher->SetTransferTable(this->Transfer);
     this->TableVersion = this->FunctionVersion;
   }

@@ -96,7 +96,6 @@ public:
   ~VolumeEngine();
 
   void SetSource(std::shared_ptr<BrickSource> source);
-  const std::shared_ptr<BrickSource>& Source() const { return this->Source_; }
   void SetSettings(const EngineSettings& settings);
   /// The function in data values; uploaded at the next frame. `version` tells whether it changed.
   void SetTransferFunction(TransferFunction function, std::uint64_t version);
@@ -159,7 +158,9 @@ private:
   std::uint64_t FixedBytes(const ViewState* except, int width, int height) const;
 
   GPUMemory Memory_; // outlives everything that reports to it
-  std::shared_ptr<BrickSource> Source_;
+  std::shared_ptr<BrickSource> Given;
+  std::shared_ptr<BrickSource> Source_; ///< what is drawn: Given, or scaled by 2^-Exponent
+  int Exponent = 0;
   EngineSettings Settings;
   std::shared_ptr<BrickCache> Cache;
   std::unique_ptr<BrickLoader> Loader;

@@ -299,8 +299,8 @@ void MarchTile(
   const MarchParameters& p = *scene.Parameters;
   // Tables of four words per node.
   const Transfer table{ scene.Integrals, reinterpret_cast<const float*>(scene.Colors),
-    scene.Occupied, scene.Extremes, scene.Blocks, scene.ExtremesBlock, p.Transfer[0], p.Transfer[1],
-    p.Transfer[2], p.Transfer[3] };
+    scene.Occupied, scene.Extremes, scene.Variation, scene.Blocks, scene.ExtremesBlock,
+    p.Transfer[0], p.Transfer[1], p.Transfer[2], p.Transfer[3] };
   Context c{ scene, p, table, Quad{ 0.0f, 0.0f, 1.0f, 0.0f }, 0, 0, 0, {} };
   for (int y = bottom; y < top; ++y)
   {

@@ -105,12 +105,14 @@ TERAVOX_INLINE Extinction MeanExtinction(
   const Floats ds = (b.High - a.High) + (b.Low - a.Low);
   const Floats half = 0.5f * (a.S + b.S);
   const Floats one = Splat(1.0f);
-  // Between two nodes the mean of the ends is exact, and nothing has to cancel.
+  // Between two nodes the mean of the ends is exact, and nothing has to cancel; but for intervals
+  // with a jump, which have no slope.
   const auto interval = [&](Floats x) { return Truncate(Max(x, -one) + 1.0f); };
-  const Ints wide = distance >= 0.015625f;
+  const Ints jump = (a.S != b.S) & (a.Slope == Floats{}) & (b.Slope == Floats{});
+  const Ints wide = distance >= Select(jump, Splat(0.001f), Splat(0.015625f));
   const Floats inverse = one / Select(wide, dx, one);
   const Floats chord =
-    Max(Select(wide & (interval(a.X) != interval(b.X)), ds * inverse, half), Floats{});
+    Max(Select(wide & ((interval(a.X) != interval(b.X)) | jump), ds * inverse, half), Floats{});
   const Floats slope = Select(wide, (b.S - a.S) * inverse, 0.5f * (a.Slope + b.Slope));
   Extinction e;
   e.Mean = Max(chord + slope * excess, Floats{});

@@ -131,6 +131,8 @@ inline Reach LookAhead(const BrickView& view, const Walk& w, Quad at, float t, f
 // Bounds of the extinction over a range of texels, and what samples `step` apart may miss of it.
 struct Bounds
 {
+  float From; // in nodes
+  float To;
   float Low;
   float High;
   float Weight;  // optical depth that is taken as the error, per extinction that no sample saw
@@ -140,8 +142,9 @@ TERAVOX_INLINE Bounds BoundsOf(const Context& c, const State& state, const Ray& 
   const BrickView& view, float step, const TexelRange& range)
 {
   Bounds b;
-  ExtremesBetween(c.Table, NodeOf(c.Table, view, range.Least), NodeOf(c.Table, view, range.Largest),
-    b.Low, b.High);
+  b.From = NodeOf(c.Table, view, range.Least);
+  b.To = NodeOf(c.Table, view, range.Largest);
+  ExtremesBetween(c.Table, b.From, b.To, b.Low, b.High);
   b.Weight = step * ray.World * UnseenWeight;
   b.Allowed = c.P.Step[3] / state.Transmittance;
   return b;
@@ -175,6 +178,14 @@ __attribute__((noinline)) float IntegrateSpan(Context& c, State& state, const Ra
   const float lowest = -LargestLane(-a.S);
   const float unseen = Max(bounds.High - highest, lowest - bounds.Low) * bounds.Weight;
   if (!(unseen <= bounds.Allowed) || Bits(a.X == a.X) != 0xffu)
+  {
+    return 2.0f;
+  }
+  // Likewise of the colours.
+  const float unseenColors = Max(VariationBetween(c.Table, bounds.From, -LargestLane(-a.X)),
+                               VariationBetween(c.Table, LargestLane(a.X), bounds.To)) *
+    (bounds.Weight * highest);
+  if (!(unseenColors <= bounds.Allowed))
   {
     return 2.0f;
   }

@@ -20,6 +20,7 @@ struct Transfer
   const float* Colors; // words of two 16-bit numbers
   const std::uint16_t* Occupied;
   const float* Extremes; // pairs
+  const float* Variation;
   std::int32_t Blocks;
   std::int32_t ExtremesBlock;
   float Low;
@@ -46,6 +47,22 @@ TERAVOX_INLINE auto NodeBefore(const Transfer& t, F position, F& fraction)
   return i;
 }
 
+// Where an interval has a jump, each of its sides has the value of its node.
+template <typename F, typename I, typename Mask>
+__attribute__((noinline)) void SetBesideJump(
+  const Transfer& t, I i, F f, Mask jumps, const F (&node)[4], Sample<F>& r)
+{
+  F colors[4];
+  LoadFour(t.Colors, i, colors);
+  const F at = colors[3];
+  const F s = Select(f <= at, node[2], -node[3]);
+  const F beyond = r.X - (ToFloat(i) + f);
+  const F before = Min(f, at) * node[2] - Max(f - at, F{}) * node[3];
+  r.S = Select(jumps, s, r.S);
+  r.Slope = Select(jumps, F{}, r.Slope);
+  r.Low = Select(jumps, node[1] + (before + beyond * s), r.Low);
+}
+
 template <typename F>
 TERAVOX_INLINE Sample<F> SampleTransfer(const Transfer& t, F position)
 {
@@ -61,6 +78,11 @@ TERAVOX_INLINE Sample<F> SampleTransfer(const Transfer& t, F position)
   r.Slope = Select(position == ToFloat(i) + f, slope, F{});
   r.High = node[0];
   r.Low = node[1] + (f * (node[2] + 0.5f * f * slope) + (position - (ToFloat(i) + f)) * s);
+  const auto jumps = AsInt(node[3]) < 0;
+  if (Bits(jumps) != 0)
+  {
+    SetBesideJump(t, i, f, jumps, node, r);
+  }
   return r;
 }
 
@@ -72,6 +94,7 @@ struct Color
   F Blue;
 };
 
+// `fraction` on the way to the next node: beside a jump 0 or 1.
 template <typename F>
 TERAVOX_INLINE F ColorBetween(F word, F fraction, F& slope)
 {
@@ -89,8 +112,21 @@ TERAVOX_INLINE Color<F> TransferColor(const Transfer& t, F position, Color<F>& s
   const auto i = NodeBefore(t, position, f);
   F node[4];
   LoadFour(t.Colors, i, node);
-  return { ColorBetween(node[0], f, slope.Red), ColorBetween(node[1], f, slope.Green),
+  const auto jumps = node[3] <= 1.0f;
+  const bool any = Bits(jumps) != 0;
+  if (any)
+  {
+    f = Select(jumps, Select(f <= node[3], F{}, F{} + 1.0f), f);
+  }
+  const Color<F> color{ ColorBetween(node[0], f, slope.Red), ColorBetween(node[1], f, slope.Green),
     ColorBetween(node[2], f, slope.Blue) };
+  if (any)
+  {
+    slope.Red = Select(jumps, F{}, slope.Red);
+    slope.Green = Select(jumps, F{}, slope.Green);
+    slope.Blue = Select(jumps, F{}, slope.Blue);
+  }
+  return color;
 }
 
 template <typename F>
@@ -164,6 +200,18 @@ inline void ExtremesBetween(const Transfer& t, float from, float to, float& leas
   const float* z = a + 2 * (Max(count, 1) - (1 << level));
   least = Min(a[0], z[0]);
   largest = Max(a[1], z[1]);
+}
+
+// How far the colour moves between two positions in nodes, from <= to.
+inline float VariationBetween(const Transfer& t, float from, float to)
+{
+  const auto at = [&](float position)
+  {
+    float f = 0;
+    const std::int32_t i = NodeBefore(t, position, f);
+    return t.Variation[i] + f * (t.Variation[i + 1] - t.Variation[i]);
+  };
+  return at(to) - at(from);
 }
 
 // 1 - exp(-depth), without cancellation.

@@ -123,6 +123,10 @@ TERAVOX_INLINE unsigned Bits(QuadMask m)
 #endif
 }
 // One bit per lane.
+inline unsigned Bits(bool m)
+{
+  return m ? 1 : 0;
+}
 inline unsigned Bits(Ints m)
 {
 #ifdef __AVX2__

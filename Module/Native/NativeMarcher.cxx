@@ -65,6 +65,7 @@ void SetTables(NativeScene& scene, const TransferTable& table, std::uint32_t ver
   scene.Colors = table.Colors.front().data();
   scene.Occupied = table.Occupied.data();
   scene.Extremes = table.Extremes.front().data();
+  scene.Variation = table.Variation.data();
   scene.Blocks = table.Blocks;
   scene.ExtremesBlock = TransferTable::ExtremesBlock;
   scene.TableVersion = version;

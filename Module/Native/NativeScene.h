@@ -32,9 +32,10 @@ struct NativeScene
   const std::uint32_t* Colors = nullptr;    ///< TransferTable::Colors
   const std::uint16_t* Occupied = nullptr;  ///< TransferTable::Occupied
 
-  const float* Extremes = nullptr; ///< TransferTable::Extremes
-  int Blocks = 0;                  ///< TransferTable::Blocks
-  int ExtremesBlock = 0;           ///< TransferTable::ExtremesBlock
+  const float* Extremes = nullptr;  ///< TransferTable::Extremes
+  const float* Variation = nullptr; ///< TransferTable::Variation
+  int Blocks = 0;                   ///< TransferTable::Blocks
+  int ExtremesBlock = 0;            ///< TransferTable::ExtremesBlock
 
   int Width = 0; ///< pixels
   int Height = 0;

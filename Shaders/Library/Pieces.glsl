@@ -83,7 +83,7 @@ void IntegrateCell(
     float off = 0.25 * max(abs(bendA), abs(bendB)) * size_ * size_;
     float chord = MeanExtinction(a, b);
     float dx = x - a.x;
-    bool wide = abs(dx) >= 0.015625;
+    bool wide = IsWide(dx, IsJump(a, b));
     float slope = wide ? (b.s - a.s) / dx : 0.5 * (a.slope + b.slope);
     // The mean of the cubic is known: only what the function bends is an error.
     precise float mean = max(chord + slope * excess, 0.0);

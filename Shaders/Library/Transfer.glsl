@@ -38,6 +38,16 @@ Sample SampleTransfer(float position)
   r.slope = x == position ? slope : 0.0;
   r.integralHigh = node.x;
   r.integralLow = low;
+  if (floatBitsToInt(node.w) < 0)
+  {
+    // A jump lies in the interval: each of its sides has the value of its node.
+    float at = uintBitsToFloat(texelFetch(u_transferColors, i).w);
+    r.s = f <= at ? node.z : -node.w;
+    r.slope = 0.0;
+    precise float before = min(f, at) * node.z - max(f - at, 0.0) * node.w;
+    precise float lowBeside = node.y + (before + (position - x) * r.s);
+    r.integralLow = lowBeside;
+  }
   return r;
 }
 
@@ -48,10 +58,16 @@ vec3 TransferColor(float position, out vec3 slope)
   int i = min(int(x), int(u_transfer.w) - 2);
   precise float f = x - float(i);
   // Red, green, blue of this node and of the next, 16 bits each.
-  uvec3 node = texelFetch(u_transferColors, i).xyz;
-  vec3 a = vec3(node & 0xffffu);
-  vec3 b = vec3(node >> 16u);
+  uvec4 node = texelFetch(u_transferColors, i);
+  vec3 a = vec3(node.xyz & 0xffffu);
+  vec3 b = vec3(node.xyz >> 16u);
   slope = (b - a) * (1.0 / 65535.0);
+  float jump = uintBitsToFloat(node.w);
+  if (jump <= 1.0)
+  {
+    f = f <= jump ? 0.0 : 1.0;
+    slope = vec3(0.0);
+  }
   precise vec3 color = (a + f * (b - a)) * (1.0 / 65535.0);
   return color;
 }
@@ -81,13 +97,27 @@ float OpacityOf(float depth)
   return depth < 0.03 ? small : large;
 }
 
+// Whether a jump lies between two samples of one interval, or none that matters.
+bool IsJump(Sample a, Sample b)
+{
+  return a.s != b.s && a.slope == 0.0 && b.slope == 0.0;
+}
+
+// Whether samples are far enough from each other for differences.
+bool IsWide(float dx, bool jump)
+{
+  return abs(dx) >= (jump ? 0.001 : 0.015625);
+}
+
 // Mean extinction between two samples.
 float MeanExtinction(Sample a, Sample b)
 {
   precise float dx = b.x - a.x;
   precise float ds = (b.integralHigh - a.integralHigh) + (b.integralLow - a.integralLow);
-  // Between two nodes the mean of the ends is exact, and nothing has to cancel.
-  bool wide = abs(dx) >= 0.015625 && floor(a.x) != floor(b.x);
+  // Between two nodes the mean of the ends is exact, and nothing has to cancel; but for intervals
+  // with a jump, which have no slope.
+  bool jump = IsJump(a, b);
+  bool wide = IsWide(dx, jump) && (floor(a.x) != floor(b.x) || jump);
   precise float s = wide ? ds / dx : 0.5 * (a.s + b.s);
   return max(s, 0.0);
 }

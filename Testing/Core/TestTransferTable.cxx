@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <gtest/gtest.h>
 #include <random>
 #include <vector>
@@ -33,7 +34,15 @@ public:
   int Nodes() const { return this->Table.Nodes; }
   double ValueAt(int node) const { return this->Table.Low + node / this->Table.NodesPerUnit; }
   float S(int node) const { return this->Node(node)[2]; }
-  float NextS(int node) const { return this->Node(node)[3]; }
+  float NextS(int node) const { return std::abs(this->Node(node)[3]); }
+  // Where behind the node the function jumps, 0..1; NoJump if it doesn't before the next.
+  float Jump(int node) const
+  {
+    float at = 0;
+    std::memcpy(&at, &this->Table.Colors[static_cast<std::size_t>(node)][3], sizeof(at));
+    EXPECT_EQ(std::signbit(this->Node(node)[3]), at != TransferTable::NoJump);
+    return at;
+  }
   // The first interval from this one on that isn't zero; interval i ends at node i.
   int Occupied(int interval) const
   {
@@ -441,6 +450,68 @@ TEST(TransferTable, ExtremesBoundEveryRange)
   }
 }
 
+// Of random steps each is found where it is, at whole numbers or between them, of either side's
+// value; between them there is none, however steep the function.
+TEST(TransferTable, StepsAreJumps)
+{
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (int i = 0; i < 60; ++i)
+  {
+    const bool below = i % 2 == 0; // which side has the value of the step itself
+    const double at = i % 3 == 0 ? 20.0 + i : 20.0 + i + uniform(random);
+    const double low = 0.3 * uniform(random);
+    const double high = 0.4 + 0.5 * uniform(random);
+    const auto opacity = [=](double v)
+    {
+      const double steep = v < 10 ? 0 : v < 10.05 ? (v - 10) / 0.05 * low : low;
+      return v < at || (below && v == at) ? steep : high;
+    };
+    TransferFunction function;
+    function.Opacity = opacity;
+    function.Color = White;
+    function.Knots = { 10, 10.05, at };
+    const TransferTable table = BuildTransferTable(function, { 0, 255 }, i % 4 < 2, 1e-3);
+    const View view(table);
+    double integral = 0;
+    int jumps = 0;
+    for (int n = 0; n + 1 < view.Nodes(); ++n)
+    {
+      const float jump = view.Jump(n);
+      integral = view.Between(0, n + 1);
+      if (jump == TransferTable::NoJump)
+      {
+        continue;
+      }
+      ++jumps;
+      ASSERT_NEAR(table.Low + (n + static_cast<double>(jump)) / table.NodesPerUnit, at, 1e-5);
+      ASSERT_NEAR(view.S(n), -std::log1p(-low), 1e-6);
+      ASSERT_NEAR(view.NextS(n), -std::log1p(-high), 1e-6);
+      const double share = view.Between(n, n + 1);
+      const double f = static_cast<double>(jump);
+      ASSERT_NEAR(share, -f * std::log1p(-low) - (1 - f) * std::log1p(-high), 1e-6);
+    }
+    ASSERT_EQ(jumps, at < table.High ? 1 : 0) << at;
+    ASSERT_GT(integral, 0);
+  }
+}
+
+TEST(TransferTable, VariationAddsUpTheLargestChange)
+{
+  auto function = FromExtinction([](double) { return 0.1; }, { 0, 8 });
+  function.Color = [](double v, double* rgb)
+  {
+    rgb[0] = std::abs(v - 4) / 4; // 1 to 0 to 1
+    rgb[1] = v / 16;
+    rgb[2] = 0.25;
+  };
+  const TransferTable table = BuildTransferTable(function, { 0, 8 }, false, 1e-3);
+  for (int i = 0; i < table.Nodes; ++i)
+  {
+    ASSERT_NEAR(table.Variation[static_cast<std::size_t>(i)], 2.0 * i / (table.Nodes - 1), 1e-3);
+  }
+}
+
 TEST(TransferTable, NothingVisible)
 {
   const TransferTable table =
@@ -482,7 +553,8 @@ TEST(TransferTable, SizesAreThoseOfItsArrays)
   const auto nodes = static_cast<std::size_t>(table.Nodes);
   EXPECT_EQ(table.Integrals.size(), nodes);
   EXPECT_EQ(table.Colors.size(), nodes);
-  EXPECT_EQ(table.SizeInBytes(), nodes * 32 + (nodes + 2) * 2 + table.Extremes.size() * 8);
+  EXPECT_EQ(table.Variation.size(), nodes);
+  EXPECT_EQ(table.SizeInBytes(), nodes * 36 + (nodes + 2) * 2 + table.Extremes.size() * 8);
 }
 
 } // namespace teravox

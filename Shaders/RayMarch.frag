@@ -49,6 +49,9 @@ void main()
   state.steps = 0u;
   state.samples = 0u;
   state.contributing = 0u;
+#if TERAVOX_ESTIMATE
+  state.error = imageLoad(u_errorState, pixel).x;
+#endif
   int interval = (position.w >> 8) & 255;
   int level = position.w & 255;
   uvec3 brick = uvec3(position.xyz);
@@ -143,6 +146,10 @@ void main()
       {
         int drawnLevel = level;
         uvec3 drawnBrick = current;
+#if TERAVOX_ESTIMATE
+        State entered = state;
+        bool substituted = found.kind == FOUND_FAILED || found.kind == FOUND_MISSING;
+#endif
 #if TERAVOX_INTERACTIVE || TERAVOX_SUBSTITUTE
 #if TERAVOX_INTERACTIVE
         if (found.kind == FOUND_MISSING)
@@ -173,6 +180,12 @@ void main()
         {
           IntegrateConstant(state, ray, TransferPosition(found.low, found.high), t0, t1);
         }
+#if TERAVOX_ESTIMATE
+        if (substituted && !waiting && t1 > t0)
+        {
+          state.error = entered.error + SubstituteError(entered, state, (t1 - t0) * ray.world);
+        }
+#endif
 #if TERAVOX_SHOW_LEVEL
         if (state.transmittance < before)
         {
@@ -216,6 +229,9 @@ void main()
   atomicAdd(b_feedback[FEEDBACK_CONTRIBUTING], state.contributing);
 #endif
   imageStore(u_colorState, pixel, vec4(state.color, state.transmittance));
+#if TERAVOX_ESTIMATE
+  imageStore(u_errorState, pixel, vec4(state.error));
+#endif
   if (status == STATUS_RUNNING)
   {
     status = enter ? STATUS_NEW : locate ? STATUS_LOCATE : STATUS_RUNNING;

@@ -29,6 +29,9 @@
 #ifndef TERAVOX_SHOW_LEVEL
 #define TERAVOX_SHOW_LEVEL 0 // picture of the level of the first contribution
 #endif
+#ifndef TERAVOX_ESTIMATE
+#define TERAVOX_ESTIMATE 0 // estimate the error of each pixel
+#endif
 #ifndef TERAVOX_SUBSTITUTE
 #define TERAVOX_SUBSTITUTE 1 // some bricks can't be read: draw their finest readable ancestor
 #endif

@@ -62,8 +62,8 @@ struct AtlasRequest
 
 /// Ray states of a picture, per pixel: colour, position and intervals (16 bytes each), depth (4);
 /// or for the native marcher colour, position, depth, and colour and depth once more where OpenGL
-/// has them.
-inline constexpr std::uint64_t RayStateBytesPerPixel = 56;
+/// has them; and the estimate of the error (4), whether it is asked for or not.
+inline constexpr std::uint64_t RayStateBytesPerPixel = 60;
 /// Ray states, tile list and stamps of a picture. Edges in pixels.
 std::uint64_t PictureBytes(int width, int height);
 /// Reserved for uniforms and the tables of the transfer function, so that an edit of the function

@@ -32,9 +32,41 @@ void ConvertIntegers(const Brick& brick, ConvertedBrick& out)
   }
 }
 
-// Where values lie close together and far from 0, floats tell them (and what lies between them)
-// apart as differences from the least. One voxel far from all others must not cost the others
-// their precision: then values stay as they are.
+// What is subtracted from the values of a brick before they become floats: the median of a few, or
+// the end of the range that is closer to 0. Where values lie close together and far from 0, floats
+// tell them (and what lies between them) apart only then, and a plateau keeps what little it
+// varies. But one voxel far from all others, or a plateau far from 0, must not cost the others
+// their precision: then it is 0.
+template <typename T>
+double OffsetOf(const T* values, std::size_t count, const ValueRange& range)
+{
+  constexpr std::size_t most = 63;
+  std::vector<double> taken;
+  for (std::size_t i = 0; i < most; ++i)
+  {
+    const auto value = static_cast<double>(values[i * count / most]);
+    if (std::isfinite(value))
+    {
+      taken.push_back(value);
+    }
+  }
+  if (taken.empty() || range.IsVoid())
+  {
+    return 0;
+  }
+  const auto middle = taken.begin() + static_cast<std::ptrdiff_t>(taken.size() / 2);
+  std::nth_element(taken.begin(), middle, taken.end());
+  const double width = range.Max - range.Min;
+  const bool far = width < 0.5 * std::max(std::abs(range.Min), std::abs(range.Max));
+  if (far || std::is_same_v<T, float>)
+  {
+    return far ? *middle : 0; // floats themselves are exact as they are
+  }
+  // What lies near 0 keeps 2^-30 of the range.
+  const double end = std::abs(range.Min) < std::abs(range.Max) ? range.Min : range.Max;
+  return std::abs(*middle) * 64 <= width ? *middle : std::abs(end) * 64 <= width ? end : 0;
+}
+
 template <typename T>
 void ConvertRelative(const Brick& brick, ConvertedBrick& out)
 {
@@ -48,20 +80,20 @@ void ConvertRelative(const Brick& brick, ConvertedBrick& out)
       range.Include(static_cast<double>(in[i]));
     }
   }
-  const double magnitude = std::max(std::abs(range.Min), std::abs(range.Max));
-  const bool far = !range.IsVoid() && range.Max - range.Min < 0.5 * magnitude;
-  const double low = far ? range.Min : 0;
-  out.OffsetHigh = static_cast<float>(low);
-  out.OffsetLow = static_cast<float>(low - static_cast<double>(out.OffsetHigh));
+  const double wanted = OffsetOf(in, count, range);
+  out.OffsetHigh = static_cast<float>(wanted);
+  out.OffsetLow = static_cast<float>(wanted - static_cast<double>(out.OffsetHigh));
+  // What the pair of floats holds of it.
+  const double offset = static_cast<double>(out.OffsetHigh) + static_cast<double>(out.OffsetLow);
   auto* texels = reinterpret_cast<float*>(out.Bytes.data());
-  if (std::is_same_v<T, float> && !far)
+  if (std::is_same_v<T, float> && offset == 0)
   {
     std::memcpy(texels, in, out.Bytes.size());
     return;
   }
   for (std::size_t i = 0; i < count; ++i)
   {
-    texels[i] = static_cast<float>(static_cast<double>(in[i]) - low);
+    texels[i] = static_cast<float>(static_cast<double>(in[i]) - offset);
   }
 }
 

@@ -114,6 +114,10 @@ TransferTable BuildTransferTable(
 {
   TransferTable table;
   ChooseDomain(function, data, table.Low, table.High);
+  // The marcher has it as a pair of floats.
+  const auto leading = static_cast<float>(table.Low);
+  table.Low = static_cast<double>(leading) +
+    static_cast<double>(static_cast<float>(table.Low - static_cast<double>(leading)));
   const int intervals = ChooseIntervals(function, integers, table.Low, table.High);
   table.Nodes = intervals + 1;
   table.NodesPerUnit = intervals / (table.High - table.Low);
@@ -140,6 +144,7 @@ TransferTable BuildTransferTable(
       ? table.WallExtinction
       : std::min(-std::log1p(-opacity) / function.UnitDistance, table.WallExtinction);
     s[i] = static_cast<double>(static_cast<float>(s[i])); // as the table stores it
+    table.LargestExtinction = std::max(table.LargestExtinction, s[i]);
   }
 
   const std::vector<float> jumps = FindJumps(function, table);

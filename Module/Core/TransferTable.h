@@ -64,6 +64,7 @@ struct TransferTable
       8 * this->Extremes.size() + 4 * this->Variation.size();
   }
 
+  double LargestExtinction = 0; ///< of all nodes
   /// Extinction per world length of an opaque wall (opacity 1).
   double WallExtinction = 0;
 };

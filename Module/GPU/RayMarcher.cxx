@@ -188,6 +188,10 @@ Status RayMarcher::Begin(
   const std::array<GLint, 4> nowhere{ 0, 0, 0, 0 };
   glClearBufferfv(GL_COLOR, 0, clear.data());
   glClearBufferiv(GL_COLOR, 1, nowhere.data());
+  if (view.HasEstimate())
+  {
+    glClearBufferfv(GL_COLOR, 2, clear.data());
+  }
   return {};
 }
 
@@ -250,6 +254,10 @@ Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, view.Feedback.Id());
   glBindImageTexture(0, view.Color.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32F);
   glBindImageTexture(1, view.Position.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32I);
+  if (variant.Estimate)
+  {
+    glBindImageTexture(2, view.Error.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R32F);
+  }
   atlas.Bind();
   this->TransferTexture.Bind(1);
   this->ColorTexture.Bind(5);

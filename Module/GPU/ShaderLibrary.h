@@ -23,6 +23,7 @@ struct ShaderVariant
   bool Substitute = false;
   bool Count = false;
   bool ShowLevel = false;
+  bool Estimate = false;
 
   /// One bit per feature.
   unsigned Key() const;

@@ -31,10 +31,12 @@ std::size_t ViewState::FeedbackWords() const
     static_cast<std::size_t>(this->TilesX()) * static_cast<std::size_t>(this->TilesY());
 }
 
-bool ViewState::Resize(GPUMemory& memory, int width, int height, const AtlasPlan& plan)
+bool ViewState::Resize(
+  GPUMemory& memory, int width, int height, const AtlasPlan& plan, bool estimate)
 {
   if (width == this->Width_ && height == this->Height_ && plan.Slots == this->Slots &&
-    plan.PageBlocks == this->PageBlocks && plan.Native == this->Native_ && this->Color.Id() != 0)
+    plan.PageBlocks == this->PageBlocks && plan.Native == this->Native_ &&
+    estimate == this->Estimate_ && this->Color.Id() != 0)
   {
     return true;
   }
@@ -44,6 +46,7 @@ bool ViewState::Resize(GPUMemory& memory, int width, int height, const AtlasPlan
   this->Slots = plan.Slots;
   this->PageBlocks = plan.PageBlocks;
   this->Native_ = plan.Native;
+  this->Estimate_ = estimate;
   while (glGetError() != GL_NO_ERROR)
   {
   }
@@ -53,10 +56,10 @@ bool ViewState::Resize(GPUMemory& memory, int width, int height, const AtlasPlan
   this->Depth = make(GL_DEPTH_COMPONENT32F, 4);
   if (plan.Native)
   {
-    this->Native.Resize(width, height);
+    this->Native.Resize(width, height, estimate);
     this->NativeBytes = MemoryShare(memory,
-      NativeView::BytesPerPixel * static_cast<std::uint64_t>(width) *
-        static_cast<std::uint64_t>(height));
+      (NativeView::BytesPerPixel + (estimate ? sizeof(float) : 0)) *
+        static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height));
     return glGetError() == GL_NO_ERROR;
   }
   this->Position = make(GL_RGBA32I, 16);
@@ -73,8 +76,15 @@ bool ViewState::Resize(GPUMemory& memory, int width, int height, const AtlasPlan
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, this->Color.Id(), 0);
   glFramebufferTexture2D(
     GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, this->Position.Id(), 0);
-  const std::array<GLenum, 2> both{ GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1 };
-  glDrawBuffers(2, both.data());
+  if (estimate)
+  {
+    this->Error = make(GL_R32F, 4);
+    glFramebufferTexture2D(
+      GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT2, GL_TEXTURE_2D, this->Error.Id(), 0);
+  }
+  const std::array<GLenum, 3> targets{ GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
+    GL_COLOR_ATTACHMENT2 };
+  glDrawBuffers(estimate ? 3 : 2, targets.data());
   this->IntervalTarget = GLFramebuffer::Make();
   glBindFramebuffer(GL_FRAMEBUFFER, this->IntervalTarget.Id());
   glFramebufferTexture2D(
@@ -94,6 +104,7 @@ void ViewState::Release()
   this->Position.Release();
   this->Intervals.Release();
   this->Depth.Release();
+  this->Error.Release();
   this->Feedback.Release();
   this->TileList.Release();
   this->StateTarget.Release();
@@ -101,6 +112,7 @@ void ViewState::Release()
   this->EmptyTarget.Release();
   this->ActiveTiles.clear();
   this->Native_ = false;
+  this->Estimate_ = false;
   this->Width_ = 0;
   this->Height_ = 0;
 }

@@ -20,11 +20,12 @@ class ViewState
 public:
   /// Allocates for a picture of this size and an atlas of this plan; nothing if nothing changed.
   /// Returns false if the driver has no memory.
-  bool Resize(GPUMemory& memory, int width, int height, const AtlasPlan& plan);
+  bool Resize(GPUMemory& memory, int width, int height, const AtlasPlan& plan, bool estimate);
   void Release();
 
   /// Whether it is for the native marcher.
   bool IsNative() const { return this->Native_; }
+  bool HasEstimate() const { return this->Estimate_; }
   int Width() const { return this->Width_; }
   int Height() const { return this->Height_; }
   int TilesX() const { return (this->Width_ + 31) / 32; }
@@ -38,9 +39,10 @@ public:
   GLTexture Position;
   GLTexture Intervals;
   GLTexture Depth;
+  GLTexture Error; ///< estimates, if they are asked for
   GLBuffer Feedback;
   GLBuffer TileList;
-  GLFramebuffer StateTarget;              ///< colour and position, to clear them
+  GLFramebuffer StateTarget;              ///< colour, position and error, to clear them
   GLFramebuffer IntervalTarget;           ///< intervals
   GLFramebuffer EmptyTarget;              ///< no attachment: the marcher writes images
   std::vector<std::uint32_t> ActiveTiles; ///< x | y << 16
@@ -52,6 +54,7 @@ private:
   std::uint32_t Slots = 0;
   std::uint32_t PageBlocks = 0;
   bool Native_ = false;
+  bool Estimate_ = false;
 };
 
 } // namespace teravox

@@ -5,11 +5,13 @@
 #include "GLStateGuard.h"
 #include "MarchSetup.h"
 #include "ScaledBrickSource.h"
+#include "SharedLayout.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <thread>
+#include <unordered_set>
 
 namespace teravox
 {
@@ -20,6 +22,8 @@ constexpr std::uint32_t MostSteps = 16384; // llvmpipe ends a shader after 65 53
 constexpr std::uint32_t FewestSteps = 1024;
 constexpr double LongPass = 0.4; // seconds; drivers' watchdogs bite at about 2
 constexpr double ShortPass = 0.1;
+// Colours of 16 bits, and roundings of floats along a ray.
+constexpr float FormatError = 2.0e-5f;
 
 double Now()
 {
@@ -290,7 +294,7 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
   parameters.LightDiffuse = { request.LightDiffuse[0], request.LightDiffuse[1],
     request.LightDiffuse[2], request.TwoSided ? 1.0f : 0.0f };
   parameters.LightSpecular = { request.LightSpecular[0], request.LightSpecular[1],
-    request.LightSpecular[2], 0.0f };
+    request.LightSpecular[2], static_cast<float>(this->Transfer.LargestExtinction) };
 }
 
 bool VolumeEngine::Carry(FramePlan plan)
@@ -326,6 +330,7 @@ Status VolumeEngine::RunPasses(
   variant.Interactive = !request.Converge;
   variant.Count = request.CountSamples;
   variant.ShowLevel = request.ShowLevel;
+  variant.Estimate = request.ErrorEstimate && !request.ShowLevel;
 
   // An interactive frame goes on with the wishes of the one before: without them all that has come
   // since would be thrown away before the first pass.
@@ -432,7 +437,8 @@ Status VolumeEngine::Render(const FrameRequest& request)
   {
     view = std::make_unique<ViewState>();
   }
-  if (!view->Resize(this->Memory_, request.Camera.Width, request.Camera.Height, this->Plan_))
+  if (!view->Resize(this->Memory_, request.Camera.Width, request.Camera.Height, this->Plan_,
+        request.ErrorEstimate))
   {
     view->Release();
     return Status(StatusCode::ResourceExhausted,
@@ -442,6 +448,8 @@ Status VolumeEngine::Render(const FrameRequest& request)
   }
   MarchParameters& parameters = geometry.Value().Parameters;
   this->FillParameters(request, parameters);
+  this->EstimateStep = parameters.Step;
+  this->EstimateKnown = request.Tolerance > 0 || request.Nearest;
   if (request.Converge)
   {
     this->Looseness = 1;
@@ -496,6 +504,51 @@ std::vector<float> VolumeEngine::ReadColors(const void* view, int& width, int& h
     colors[i] = 1.0f - colors[i];
   }
   return colors;
+}
+
+std::vector<float> VolumeEngine::ReadErrors(const void* view, int& width, int& height)
+{
+  const auto found = this->Views.find(view);
+  if (found == this->Views.end() || !found->second->HasEstimate())
+  {
+    width = height = 0;
+    return {};
+  }
+  const std::vector<float> colors = this->ReadColors(view, width, height);
+  ViewState& state = *found->second;
+  const GLStateGuard guard;
+  std::vector<std::int32_t> positions;
+  std::vector<float> errors;
+  if (state.IsNative())
+  {
+    positions = state.Native.Position;
+    errors = state.Native.Error;
+  }
+  else
+  {
+    positions.resize(colors.size());
+    errors.resize(colors.size() / 4);
+    state.Position.Bind(0);
+    glGetTexImage(GL_TEXTURE_2D, 0, GL_RGBA_INTEGER, GL_INT, positions.data());
+    state.Error.Bind(0);
+    glGetTexImage(GL_TEXTURE_2D, 0, GL_RED, GL_FLOAT, errors.data());
+  }
+  const std::unordered_set<std::uint32_t> underWay(
+    state.ActiveTiles.begin(), state.ActiveTiles.end());
+  for (std::size_t i = 0; i < errors.size(); ++i)
+  {
+    const float left = 1 - colors[4 * i + 3];
+    const auto x = static_cast<std::uint32_t>(i % static_cast<std::size_t>(width));
+    const auto y = static_cast<std::uint32_t>(i / static_cast<std::size_t>(width));
+    const std::uint32_t tile = x / shared::TILE_SIZE | y / shared::TILE_SIZE << 16;
+    // The native marcher leaves out what pieces may err for the opacity that they add.
+    errors[i] += state.IsNative() ? this->EstimateStep[1] * colors[4 * i + 3] : 0;
+    constexpr std::int32_t done = 2;
+    const bool ended = underWay.count(tile) == 0 || (positions[4 * i + 3] >> 16 & 3) == done;
+    errors[i] += !ended || left <= this->EstimateStep[2] ? left : 0;
+    errors[i] = this->EstimateKnown ? std::min(errors[i] + FormatError, 1.0f) : 1;
+  }
+  return errors;
 }
 
 void VolumeEngine::ReleaseGraphics()

@@ -64,6 +64,7 @@ struct FrameRequest
   bool EmptySpaceSkipping = true;
   bool CountSamples = false;
   bool ShowLevel = false;
+  bool ErrorEstimate = false;
   bool Converge = true;  ///< return when the picture is converged; else draw what is there
   double TimeBudget = 0; ///< seconds per frame when not converging; <= 0: none
   double Timeout = 0;    ///< seconds without progress after which converging gives up; 0: never
@@ -105,6 +106,11 @@ public:
   /// GL. The accumulators of the last frame of a view: premultiplied rgb and opacity, rows from the
   /// bottom, 4 floats per pixel. Empty if there are none.
   std::vector<float> ReadColors(const void* view, int& width, int& height);
+  /// GL. Per pixel of the last frame of a view, rows from the bottom: what its colour and opacity
+  /// may be off, 0..1. Certain for rays that ended early or are still under way and for bricks that
+  /// were missing or can't be read, an estimate for steps. 1 where nothing is known (fixed steps).
+  /// Empty if that frame had no estimate.
+  std::vector<float> ReadErrors(const void* view, int& width, int& height);
   /// GL. Frees everything that lives in the context.
   void ReleaseGraphics();
   /// Bricks that couldn't be read are asked for again.
@@ -185,7 +191,10 @@ private:
   std::uint64_t EvictionsBefore = 0;
   std::uint64_t BlockEvictionsBefore = 0;
   std::uint64_t Operations_ = 0;
-  double Looseness = 1; ///< factor of the tolerance while frames must be fast
+  /// The shares of the tolerance (MarchParameters::Step) of the last frame with an estimate.
+  MarchParameters::Vec EstimateStep{};
+  bool EstimateKnown = false; ///< it had steps that know their error
+  double Looseness = 1;       ///< factor of the tolerance while frames must be fast
 };
 
 } // namespace teravox

@@ -126,6 +126,23 @@ inline bool FindAncestor(
   return true;
 }
 
+// What drawing an ancestor, or nothing, in the place of a brick may cost: all that its range
+// allows, certain if the range is. The light that it adds lies between none and the most, whatever
+// was drawn; what lies behind is seen through another transmittance than it should.
+inline float SubstituteError(
+  const Context& c, const State& before, const State& after, const Found& wanted, float length)
+{
+  float least = 0;
+  float most = 0;
+  ExtremesBetween(c.Table, wanted.Low, wanted.High, least, most);
+  least = c.Scene.FloatTexels ? 0.0f : least; // there may be voxels without a value
+  const float darkest = before.Transmittance * ExpOfMinus(most * length);
+  const float brightest = before.Transmittance * ExpOfMinus(least * length);
+  const Quad drawn = after.Color - before.Color;
+  const float light = Max(Max(drawn[0], Max(drawn[1], drawn[2])), before.Transmittance - darkest);
+  return light + Max(Abs(after.Transmittance - darkest), Abs(after.Transmittance - brightest));
+}
+
 // Where a ray is.
 struct Position
 {
@@ -159,7 +176,9 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
     }
     int drawnLevel = at.Level;
     Index drawn = current;
-    if (found.Kind == FoundKind::Missing || found.Kind == FoundKind::Failed)
+    const bool substituted = found.Kind == FoundKind::Missing || found.Kind == FoundKind::Failed;
+    const Found wanted = found;
+    if (substituted)
     {
       if (!FindAncestor(c, report, found, drawnLevel, drawn, state.Transmittance))
       {
@@ -182,7 +201,7 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
       const auto met = reinterpret_cast<Index>(exits <= Spread(leave));
       next += WithFourth(met & (2 * ray.Positive - 1), 0);
     }
-    const float before = state.Transmittance;
+    const State before = state;
     if (found.Kind == FoundKind::Mapped)
     {
       const BrickView view = ViewBrick(c.Scene, c.Table, ray, drawnLevel, drawn, found.Slot);
@@ -203,11 +222,17 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
     {
       IntegrateConstant(c, state, ray, TransferPosition(c.Table, found.Low, found.High), t0, t1);
     }
-    if (c.Scene.ShowLevel && state.Transmittance < before)
+    if (substituted && c.Scene.Error != nullptr && t1 > t0)
+    {
+      // Its own pieces don't matter then.
+      state.Error = before.Error - (before.Transmittance - state.Transmittance) * p.Step[1] +
+        SubstituteError(c, before, state, wanted, (t1 - t0) * ray.World);
+    }
+    if (c.Scene.ShowLevel && state.Transmittance < before.Transmittance)
     {
       const float shown =
         static_cast<float>(at.Level + 1) / static_cast<float>(shared::MAXIMUM_LEVELS);
-      state = { Quad{ shown, shown, shown, 0.0f }, 0.0f };
+      state = { Quad{ shown, shown, shown, 0.0f }, 0.0f, 0.0f };
     }
     // The same brick only where a rounding error passed the last face of the volume.
     const bool outside = Bits(reinterpret_cast<QuadMask>(next >= here.Bricks)) != 0 ||
@@ -246,7 +271,8 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
     position[3] = StatusDone << 16;
     return;
   }
-  State state{ Quad{ color[0], color[1], color[2], 0.0f }, color[3] };
+  State state{ Quad{ color[0], color[1], color[2], 0.0f }, color[3],
+    scene.Error != nullptr ? scene.Error[pixel] : 0.0f };
   if (scene.Shade)
   {
     c.TowardsLight = TowardsLight(p, ray, first);
@@ -282,6 +308,10 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   color[1] = state.Color[1];
   color[2] = state.Color[2];
   color[3] = state.Transmittance;
+  if (scene.Error != nullptr)
+  {
+    scene.Error[pixel] = state.Error;
+  }
   position[0] = static_cast<std::int32_t>(at.Brick[0]);
   position[1] = static_cast<std::int32_t>(at.Brick[1]);
   position[2] = static_cast<std::int32_t>(at.Brick[2]);

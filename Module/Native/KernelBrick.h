@@ -61,7 +61,7 @@ TERAVOX_INLINE void TakeAll(Context& c, State& state, const Segments& s, const P
     const int lane = __builtin_ctz(bits);
     const float opacity = front.Color[lane][3];
     c.Contributing += opacity > 0.0f ? 1 : 0;
-    Accumulate(state, opacity, front.Color[lane]);
+    Accumulate(state, opacity, front.Color[lane], front.Error[lane]);
     if (state.Transmittance <= end)
     {
       return;
@@ -161,7 +161,7 @@ __attribute__((noinline)) void IntegrateNearest(
   for (; bits != 0; bits &= bits - 1)
   {
     const int lane = __builtin_ctz(bits);
-    Accumulate(state, colors[lane][3], colors[lane]);
+    Accumulate(state, colors[lane][3], colors[lane], -colors[lane][3] * c.P.Step[1]);
     c.Contributing += 1;
     if (IsOver(c, state))
     {

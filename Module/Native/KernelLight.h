@@ -19,16 +19,33 @@ struct Normal
   F Z;
 };
 
+constexpr float FaintGradient = 1.0e-15f;
+constexpr float FaintScale = 1.0e24f;
+
 // In dataset space, from the central difference per axis in voxels of level 0.
 template <typename F>
 TERAVOX_INLINE Normal<F> NormalOf(const MarchParameters& p, F x, F y, F z)
 {
-  const F gx = (x * p.Normal[0][0] + y * p.Normal[0][1]) + z * p.Normal[0][2];
-  const F gy = (x * p.Normal[1][0] + y * p.Normal[1][1]) + z * p.Normal[1][2];
-  const F gz = (x * p.Normal[2][0] + y * p.Normal[2][1]) + z * p.Normal[2][2];
-  const F magnitude = SquareRoot((gx * gx + gy * gy) + gz * gz);
-  const F inverse = Select(magnitude > F{}, 1.0f / magnitude, F{});
-  return { gx * inverse, gy * inverse, gz * inverse };
+  F gx = (x * p.Normal[0][0] + y * p.Normal[0][1]) + z * p.Normal[0][2];
+  F gy = (x * p.Normal[1][0] + y * p.Normal[1][1]) + z * p.Normal[1][2];
+  F gz = (x * p.Normal[2][0] + y * p.Normal[2][1]) + z * p.Normal[2][2];
+  F square = (gx * gx + gy * gy) + gz * gz;
+  const auto faint = square < F{} + FaintGradient * FaintGradient;
+  if (Bits(faint) != 0)
+  {
+    // Squares of what is left would vanish.
+    const F scale = Select(faint, F{} + FaintScale, F{} + 1.0f);
+    gx = gx * scale;
+    gy = gy * scale;
+    gz = gz * scale;
+    square = (gx * gx + gy * gy) + gz * gz;
+  }
+  const F magnitude = SquareRoot(square);
+  // Neither beside voxels without a value nor beside infinite ones.
+  const auto has = (magnitude > F{}) & (magnitude < F{} + FarAway);
+  const F inverse = 1.0f / magnitude;
+  return { Select(has, gx * inverse, F{}), Select(has, gy * inverse, F{}),
+    Select(has, gz * inverse, F{}) };
 }
 
 // The colour lit from one side. As in VTK, it is clamped before it is weighted with the opacity.

@@ -24,11 +24,13 @@ constexpr float LeastKink = 1.0e-3f; // that is worth a division
 constexpr float BendWeight = 0.1f;
 
 // What a ray has gathered, front to back: the colour (red, green, blue and a rest) is
-// premultiplied.
+// premultiplied. Error: estimates of what the colour may be off, less what pieces may err for the
+// opacity that they add.
 struct State
 {
   Quad Color;
   float Transmittance;
+  float Error;
 };
 
 // Cells one behind the other on a ray: x, y, z and the depth where each begins.
@@ -62,6 +64,12 @@ TERAVOX_INLINE void Accumulate(State& s, float opacity, Quad color)
 {
   s.Color += (s.Transmittance * opacity) * color;
   s.Transmittance *= 1.0f - opacity;
+}
+
+TERAVOX_INLINE void Accumulate(State& s, float opacity, Quad color, float error)
+{
+  s.Error += s.Transmittance * error;
+  Accumulate(s, opacity, color);
 }
 
 TERAVOX_INLINE void ToQuads(const Color<Floats>& color, Floats opacity, Quad (&out)[Lanes])
@@ -316,7 +324,7 @@ void Take(Context& c, State& state, const Rows<Shade>& rows, int segment, const 
     Refine<Shade>(c, state, rows, segment, from, to);
     return;
   }
-  Accumulate(state, pieces.Color[lane][3], pieces.Color[lane]);
+  Accumulate(state, pieces.Color[lane][3], pieces.Color[lane], pieces.Error[lane]);
 }
 
 // Parts of segments in the order of the ray, evaluated eight at a time when the ray gets there.
@@ -413,7 +421,7 @@ __attribute__((noinline)) void TakeInParts(Context& c, State& state, const Segme
     }
     else
     {
-      Accumulate(state, front.Color[lane][3], front.Color[lane]);
+      Accumulate(state, front.Color[lane][3], front.Color[lane], front.Error[lane]);
     }
     if ((turning >> lane & 1u) != 0 && !IsOver(c, state))
     {
@@ -427,19 +435,25 @@ __attribute__((noinline)) void TakeInParts(Context& c, State& state, const Segme
   }
 }
 
-// Where in (0, 1) a cubic turns, to a thousandth or so where its slope is nearly linear; 1 for
-// nowhere. How far a turn is missed is part of the error of the pieces.
+// Where in (0, 1) a cubic turns; 1 for nowhere.
 TERAVOX_INLINE Floats TurningPoint(const Cubic& c)
 {
-  const Floats begin = c.B;
-  const Floats end = c.B + (2.0f * c.C + 3.0f * c.D);
-  // False position, twice.
-  Floats u = begin / (begin - end);
-  const Floats at = c.B + u * (2.0f * c.C + 3.0f * c.D * u);
-  const Ints before = (at > 0.0f) == (end > 0.0f);
-  u = Select(before, u * begin / (begin - at), u + (1.0f - u) * at / (at - end));
-  const Ints turns = ((begin > 0.0f) != (end > 0.0f)) & (u > 0.0f) & (u < 1.0f);
-  return Select(turns, u, Splat(1.0f));
+  const Floats three = 3.0f * c.D;
+  const Floats end = c.B + (2.0f * c.C + three);
+  const Ints crosses = (c.B > 0.0f) != (end > 0.0f);
+  // The root at which the slope changes its sign as it does from 0 to 1.
+  const Floats discriminant = c.C * c.C - three * c.B;
+  const Floats root = SquareRoot(Max(discriminant, Floats{}));
+  const Floats u = c.B / (Select(c.B > 0.0f, root, -root) - c.C);
+  Floats turn = Select(crosses & (u > 0.0f) & (u < 1.0f), u, Splat(1.0f));
+  // One that turns twice is cut in between, where it is steepest.
+  const Ints twice = (discriminant > 0.0f) & (c.B * c.D > 0.0f) & (c.C * c.D < 0.0f) &
+    (Abs(c.C) < Abs(three)) & ~crosses;
+  if (Bits(twice) != 0)
+  {
+    turn = Select(twice, -c.C / Select(twice, three, Splat(1.0f)), turn);
+  }
+  return turn;
 }
 
 // One segment of one value, without light from a side.
@@ -452,7 +466,9 @@ inline void IntegrateConstant(
   {
     color = LitColor(c.P, color, Normal<float>{ 0.0f, 0.0f, 0.0f }, c.TowardsLight);
   }
-  Accumulate(state, OpacityOf(depth), Quad{ color.Red, color.Green, color.Blue, 0.0f });
+  const float opacity = OpacityOf(depth);
+  Accumulate(
+    state, opacity, Quad{ color.Red, color.Green, color.Blue, 0.0f }, -opacity * c.P.Step[1]);
   c.Steps += 1;
   c.Samples += 1;
   c.Contributing += depth > 0.0f ? 1 : 0;

@@ -167,7 +167,7 @@ struct Found
   FoundKind Kind = FoundKind::Missing;
   std::uint32_t Slot = 0;
   int Region = 0;
-  float Low = 0;
+  float Low = 0; // of a missing or failed one the ends of its range, in nodes
   float High = 0;
 };
 
@@ -218,6 +218,8 @@ inline Found Translate(
     if (state != shared::PAGE_MAPPED)
     {
       found.Kind = state == shared::PAGE_FAILED ? FoundKind::Failed : FoundKind::Missing;
+      found.Low = from;
+      found.High = to;
       return found;
     }
     found.Slot = shared::PageSlot(words[0]);

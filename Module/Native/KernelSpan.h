@@ -240,10 +240,11 @@ __attribute__((noinline)) float IntegrateSpan(Context& c, State& state, const Ra
   }
   Quad colors[Lanes];
   ToQuads(color, opacity, colors);
+  state.Error += state.Transmittance * (unseen + unseenColors);
   for (int i = 0; i < SpanPieces && !IsOver(c, state); ++i)
   {
     c.Contributing += colors[i][3] > 0.0f ? 1 : 0;
-    Accumulate(state, colors[i][3], colors[i]);
+    Accumulate(state, colors[i][3], colors[i], error[i]);
   }
   return Max(worst, unseen) / bounds.Allowed;
 }

@@ -41,17 +41,19 @@ NativeKernel ChooseNativeKernel()
   return baseline::Kernel();
 }
 
-void NativeView::Resize(int width, int height)
+void NativeView::Resize(int width, int height, bool estimate)
 {
   const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   this->Color.assign(pixels * 4, 0);
   this->Position.assign(pixels * 4, 0);
   this->Depth.assign(pixels, 1);
+  this->Error.assign(estimate ? pixels : 0, 0);
 }
 
 void NativeView::Clear()
 {
   std::fill(this->Position.begin(), this->Position.end(), 0);
+  std::fill(this->Error.begin(), this->Error.end(), 0.0f);
   std::fill(this->Color.begin(), this->Color.end(), 0.0f);
   for (std::size_t i = 3; i < this->Color.size(); i += 4)
   {
@@ -92,6 +94,7 @@ void SetView(NativeScene& scene, NativeView& view, int width, int height)
   scene.Color = view.Color.data();
   scene.Position = view.Position.data();
   scene.Depth = view.Depth.data();
+  scene.Error = view.Error.empty() ? nullptr : view.Error.data();
 }
 
 namespace

@@ -21,11 +21,12 @@ struct NativeView
   std::vector<float> Color;           ///< premultiplied colour, transmittance
   std::vector<std::int32_t> Position; ///< brick; level | status << 16
   std::vector<float> Depth;           ///< opaque depth, 0..1
+  std::vector<float> Error;           ///< what the colour may be off; empty if nobody asks
 
-  void Resize(int width, int height);
+  void Resize(int width, int height, bool estimate = false);
   /// All rays at their begin.
   void Clear();
-  static constexpr std::uint64_t BytesPerPixel = 36;
+  static constexpr std::uint64_t BytesPerPixel = 36; ///< without Error
 };
 
 /// What a scene points to. All of it must stay where it is until the pass has been drawn.

@@ -42,6 +42,7 @@ struct NativeScene
   float* Color = nullptr;           ///< premultiplied colour, transmittance
   std::int32_t* Position = nullptr; ///< brick; level | status << 16
   const float* Depth = nullptr;     ///< opaque depth, 0..1
+  float* Error = nullptr;           ///< estimate of the colour's error so far, or nothing
 
   std::uint8_t* UsedSlots = nullptr;  ///< set to 1
   std::uint8_t* UsedBlocks = nullptr; ///< set to 1

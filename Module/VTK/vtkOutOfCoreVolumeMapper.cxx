@@ -233,6 +233,7 @@ void vtkOutOfCoreVolumeMapper::PrintSelf(ostream& os, vtkIndent indent)
      << indent << "ConvergeTimeout: " << this->ConvergeTimeout << "\n"
      << indent << "CountSamples: " << this->CountSamples << "\n"
      << indent << "ShowLevels: " << this->ShowLevels << "\n"
+     << indent << "ErrorEstimate: " << this->ErrorEstimate << "\n"
      << indent << "BrickSource: " << this->Internals->Explicit << "\n"
      << indent << "Converged: " << (this->IsConverged() ? "yes" : "no") << "\n";
 }
@@ -755,6 +756,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   request.EmptySpaceSkipping = this->EmptySpaceSkipping != 0;
   request.CountSamples = this->CountSamples != 0;
   request.ShowLevel = this->ShowLevels != 0;
+  request.ErrorEstimate = this->ErrorEstimate != 0;
   const bool automatic = this->FrameTimeBudget < 0;
   request.Converge = automatic
     ? window->GetOffScreenRendering() != 0 || window->GetShowWindow() == 0
@@ -1011,6 +1013,21 @@ vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfOperations()
   return this->Internals->Engine.Operations();
 }
 
+namespace
+{
+bool SetPixels(vtkImageData* image, const std::vector<float>& pixels, int width, int height)
+{
+  if (pixels.empty())
+  {
+    return false;
+  }
+  image->SetDimensions(width, height, 1);
+  image->AllocateScalars(VTK_FLOAT, static_cast<int>(pixels.size() / (width * height)));
+  std::copy(pixels.begin(), pixels.end(), static_cast<float*>(image->GetScalarPointer()));
+  return true;
+}
+} // namespace
+
 bool vtkOutOfCoreVolumeMapper::GetColorAccumulator(vtkImageData* image)
 {
   vtkInternals& in = *this->Internals;
@@ -1022,14 +1039,21 @@ bool vtkOutOfCoreVolumeMapper::GetColorAccumulator(vtkImageData* image)
   int width = 0;
   int height = 0;
   const std::vector<float> colors = in.Engine.ReadColors(in.LastView, width, height);
-  if (colors.empty())
+  return SetPixels(image, colors, width, height);
+}
+
+bool vtkOutOfCoreVolumeMapper::GetErrorEstimateImage(vtkImageData* image)
+{
+  vtkInternals& in = *this->Internals;
+  if (!image || !in.Window || !in.LastView)
   {
     return false;
   }
-  image->SetDimensions(width, height, 1);
-  image->AllocateScalars(VTK_FLOAT, 4);
-  std::copy(colors.begin(), colors.end(), static_cast<float*>(image->GetScalarPointer()));
-  return true;
+  in.Window->MakeCurrent();
+  int width = 0;
+  int height = 0;
+  const std::vector<float> errors = in.Engine.ReadErrors(in.LastView, width, height);
+  return SetPixels(image, errors, width, height);
 }
 
 std::string vtkOutOfCoreVolumeMapper::CheckInvariants()

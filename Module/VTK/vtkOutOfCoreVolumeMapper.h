@@ -198,6 +198,25 @@ public:
   vtkBooleanMacro(ShowLevels, vtkTypeBool);
   ///@}
 
+  ///@{
+  /**
+   * Keep for each pixel how far its colour may be from the truth (the exact integral of the levels
+   * that the view asks for, see SetImageErrorTolerance); GetErrorEstimateImage() reads it. Costs
+   * one float per pixel. Default off.
+   */
+  vtkSetMacro(ErrorEstimate, vtkTypeBool);
+  vtkGetMacro(ErrorEstimate, vtkTypeBool);
+  vtkBooleanMacro(ErrorEstimate, vtkTypeBool);
+  ///@}
+  /**
+   * The estimate of the last frame: one float per pixel of the viewport, 0...1 as colours are, the
+   * largest error of a channel. Certain for rays that ended early or are still under way, and for
+   * missing and unreadable bricks (by the range of what is missing); an estimate for steps: it is
+   * meant to be below the true error on at most one pixel in a hundred. 1 where nothing is known,
+   * which is everywhere with a tolerance of 0. Returns false if that frame had no estimate.
+   */
+  bool GetErrorEstimateImage(vtkImageData* image);
+
   /** True if the last frame was complete: every ray ended, at its level, none waits, none failed.
    */
   bool IsConverged();
@@ -287,6 +306,7 @@ protected:
   double ConvergeTimeout = 60;
   vtkTypeBool CountSamples = 0;
   vtkTypeBool ShowLevels = 0;
+  vtkTypeBool ErrorEstimate = 0;
 
 private:
   vtkOutOfCoreVolumeMapper(const vtkOutOfCoreVolumeMapper&) = delete;

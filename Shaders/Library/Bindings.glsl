@@ -26,7 +26,7 @@ layout(std140, binding = 0) uniform View
   uvec4 u_switches; // x: skip empty regions; y: volume number; z: tiles along x
   vec4 u_material;  // ambient, diffuse, specular, specular power
   vec4 u_lightDiffuse;  // rgb; w: 1 if two-sided
-  vec4 u_lightSpecular; // rgb
+  vec4 u_lightSpecular; // rgb; w: largest extinction of the transfer function
   vec4 u_normal[3];     // rows: central difference in voxels of level 0 -> dataset space
   vec4 u_dataset[3]; // rows: direction in voxels -> dataset space (world without the prop's matrix)
   vec4 u_eye;        // xyz: the camera's position, anchored voxels
@@ -48,6 +48,9 @@ layout(binding = 7) uniform sampler2D u_colorBefore;
 layout(binding = 8) uniform isampler2D u_positionBefore;
 layout(binding = 0, rgba32f) uniform writeonly image2D u_colorState;
 layout(binding = 1, rgba32i) uniform writeonly iimage2D u_positionState;
+#if TERAVOX_ESTIMATE
+layout(binding = 2, r32f) uniform image2D u_errorState;
+#endif
 
 layout(std430, binding = 1) coherent buffer FeedbackBuffer
 {

@@ -26,18 +26,23 @@ const float SINGLE_KINK_WEIGHT = 0.05;
 const float LEAST_KINK = 1.0e-3;
 const float BEND_WEIGHT = 0.1;
 
-// Where in (0, 1) the cubic turns, to a thousandth or so where its slope is nearly linear; 2 for
-// nowhere. How far a turn is missed is part of the error of the pieces.
+// Where in (0, 1) the cubic turns; 2 for nowhere.
 float TurningPoint(vec4 c)
 {
-  float begin = c.y;
-  float end = c.y + 2.0 * c.z + 3.0 * c.w;
-  // False position, twice.
-  float u = begin / (begin - end);
-  float at = c.y + u * (2.0 * c.z + 3.0 * c.w * u);
-  bool before = (at > 0.0) == (end > 0.0);
-  u = before ? u * begin / (begin - at) : u + (1.0 - u) * at / (at - end);
-  return (begin > 0.0) != (end > 0.0) && u > 0.0 && u < 1.0 ? u : 2.0;
+  float three = 3.0 * c.w;
+  float end = c.y + 2.0 * c.z + three;
+  float discriminant = c.z * c.z - three * c.y;
+  if ((c.y > 0.0) == (end > 0.0))
+  {
+    // One that turns twice is cut in between, where it is steepest.
+    bool twice =
+      discriminant > 0.0 && c.y * c.w > 0.0 && c.z * c.w < 0.0 && abs(c.z) < abs(three);
+    return twice ? -c.z / three : 2.0;
+  }
+  // The root at which the slope changes its sign as it does from 0 to 1.
+  float root = sqrt(max(discriminant, 0.0));
+  float u = c.y / ((c.y > 0.0 ? root : -root) - c.z);
+  return u > 0.0 && u < 1.0 ? u : 2.0;
 }
 
 void IntegrateCell(
@@ -137,6 +142,9 @@ void IntegrateCell(
     }
     else
     {
+#if TERAVOX_ESTIMATE
+      state.error += error;
+#endif
       Accumulate(state, opacity, color);
       contributes = contributes || depth > 0.0;
       u = to;

@@ -10,6 +10,9 @@ struct State
   uint steps;   // of this pass
   uint samples; // taken and contributing, in variants that count
   uint contributing;
+#if TERAVOX_ESTIMATE
+  float error; // estimate of what the colour may be off
+#endif
 };
 
 void Accumulate(inout State state, float opacity, vec3 litColor)
@@ -27,6 +30,20 @@ void Count(inout State state, bool contributes)
   state.contributing += contributes ? 1u : 0u;
 #endif
 }
+
+#if TERAVOX_ESTIMATE
+// What drawing an ancestor, or nothing, in the place of a brick may cost: all that the transfer
+// function allows. The light that it adds lies between none and the most, whatever was drawn; what
+// lies behind is seen through another transmittance than it should.
+float SubstituteError(State before, State after, float length_)
+{
+  float darkest = before.transmittance * exp(-u_lightSpecular.w * length_);
+  vec3 drawn = after.color - before.color;
+  float light = max(max(drawn.r, max(drawn.g, drawn.b)), before.transmittance - darkest);
+  return light + max(abs(after.transmittance - darkest),
+    abs(after.transmittance - before.transmittance));
+}
+#endif
 
 // One segment of one value.
 void IntegrateConstant(inout State state, Ray ray, float position, float t0, float t1)

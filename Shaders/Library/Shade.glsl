@@ -25,8 +25,12 @@ vec3 NormalOf(vec3 gradient)
 {
   vec3 g = vec3(
     dot(u_normal[0].xyz, gradient), dot(u_normal[1].xyz, gradient), dot(u_normal[2].xyz, gradient));
+  // Squares of faint gradients would vanish.
+  float largest = max(abs(g.x), max(abs(g.y), abs(g.z)));
+  g *= largest < 1.0e-15 ? 1.0e24 : 1.0;
   float magnitude = length(g);
-  return magnitude > 0.0 ? g / magnitude : vec3(0.0);
+  // Neither beside voxels without a value nor beside infinite ones.
+  return magnitude > 0.0 && magnitude < 3.0e38 ? g / magnitude : vec3(0.0);
 }
 
 Light LightFrom(vec3 normal, vec3 towardsLight)

@@ -95,7 +95,7 @@ double TruthVolume::ClampedVoxel(int level, std::int64_t i, std::int64_t j, std:
     std::clamp<std::int64_t>(k, 0, l.Dimensions[2] - 1));
 }
 
-double TruthVolume::Field(int level, const Double3& pVoxel) const
+double TruthVolume::FieldAbove(int level, const Double3& pVoxel, double reference) const
 {
   const TruthLevel& l = this->Level(level);
   const double shift = this->Interpolation_ == TruthInterpolation::Linear ? 0.5 : 0.0;
@@ -110,7 +110,7 @@ double TruthVolume::Field(int level, const Double3& pVoxel) const
   }
   if (this->Interpolation_ == TruthInterpolation::Nearest)
   {
-    return this->ClampedVoxel(level, base[0], base[1], base[2]);
+    return this->ClampedVoxel(level, base[0], base[1], base[2]) - reference;
   }
   double sum = 0;
   for (int corner = 0; corner < 8; ++corner)
@@ -125,7 +125,7 @@ double TruthVolume::Field(int level, const Double3& pVoxel) const
     }
     if (weight != 0) // a NaN with weight 0 is no part of the support
     {
-      sum += weight * this->ClampedVoxel(level, index[0], index[1], index[2]);
+      sum += weight * (this->ClampedVoxel(level, index[0], index[1], index[2]) - reference);
     }
   }
   return sum;
@@ -134,6 +134,14 @@ double TruthVolume::Field(int level, const Double3& pVoxel) const
 Double3 TruthVolume::CentralDifference(int level, const Double3& pVoxel, const Double3& step) const
 {
   Double3 difference{};
+  // Rounding errors of a field that is flat have a direction, but mean none.
+  const Double3 voxel = { pVoxel[0] / static_cast<double>(this->Level(level).Factor[0]),
+    pVoxel[1] / static_cast<double>(this->Level(level).Factor[1]),
+    pVoxel[2] / static_cast<double>(this->Level(level).Factor[2]) };
+  const double there = this->ClampedVoxel(level, static_cast<std::int64_t>(std::floor(voxel[0])),
+    static_cast<std::int64_t>(std::floor(voxel[1])),
+    static_cast<std::int64_t>(std::floor(voxel[2])));
+  const double reference = std::isfinite(there) ? there : 0;
   for (std::size_t axis = 0; axis < 3; ++axis)
   {
     const double h = step[axis] * static_cast<double>(this->Level(level).Factor[axis]);
@@ -141,7 +149,8 @@ Double3 TruthVolume::CentralDifference(int level, const Double3& pVoxel, const D
     Double3 back = pVoxel;
     front[axis] += h;
     back[axis] -= h;
-    difference[axis] = this->Field(level, front) - this->Field(level, back);
+    difference[axis] =
+      this->FieldAbove(level, front, reference) - this->FieldAbove(level, back, reference);
   }
   return difference;
 }

@@ -73,13 +73,19 @@ public:
   double VoxelEdge(int level, std::size_t axis) const;
 
   /// F_level at a point in corner coordinates of level 0.
-  double Field(int level, const Double3& pVoxel) const;
+  double Field(int level, const Double3& pVoxel) const
+  {
+    return this->FieldAbove(level, pVoxel, 0);
+  }
   /// F(p + h) - F(p - h) along each axis, where h is `step` voxels of the level; not divided by h.
   Double3 CentralDifference(int level, const Double3& pVoxel, const Double3& step) const;
   /// The same voxel value as Level(level).Voxel() with each index clamped.
   double ClampedVoxel(int level, std::int64_t i, std::int64_t j, std::int64_t k) const;
 
 private:
+  /// F_level less a reference: where all is like the reference, exactly 0.
+  double FieldAbove(int level, const Double3& pVoxel, double reference) const;
+
   std::vector<TruthLevel> Levels;
   Matrix4 WorldFromVoxel_{};
   Matrix4 VoxelFromWorld_{};

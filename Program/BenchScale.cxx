@@ -9,6 +9,7 @@
 #include "Interrupt.h"
 #include "SelfOutput.h"
 #include "SparseFile.h"
+#include "TemporaryFolder.h"
 #include "View.h"
 #include "vtkBrickSource.h"
 #include "vtkHDF5PyramidReader.h"
@@ -268,7 +269,7 @@ Result<Json> MeasureFiles(const ScaleOptions& options, const OnRow& onRow)
 {
   // Until the folder is gone, Ctrl-C only asks.
   CatchInterrupts("");
-  const SparseFolder folder;
+  const TemporaryFolder folder;
   if (folder.Path().empty())
   {
     return Status(StatusCode::InputOutput, "There is no folder for temporary files.");

@@ -125,6 +125,18 @@ struct ScaleOptions
 };
 Status RunBenchScale(const ScaleOptions& options);
 
+struct LoadOptions
+{
+  std::vector<std::string> Filters{ "none", "deflate", "shuffle+deflate", "lz4" };
+  std::vector<ScalarType> Types{ ScalarType::UInt8, ScalarType::UInt16, ScalarType::Float32 };
+  int Edge = 384;  ///< voxels per axis, a multiple of 64
+  int Threads = 0; ///< 0: one per processor
+  int Repetitions = 7;
+  std::string Folder; ///< for the files; empty: the system's
+  bool Json = false;
+};
+Status RunBenchLoad(const LoadOptions& options);
+
 struct BenchErrorOptions
 {
   std::vector<std::string> Scenes; ///< empty: all

@@ -314,12 +314,43 @@ Run AddScale(CLI::App* bench)
   return [options] { return RunBenchScale(*options); };
 }
 
+/// Types of the cubes that `bench load` and `bench convert` make.
+void AddTypes(CLI::App* command, std::vector<ScalarType>& types)
+{
+  static const std::map<std::string, ScalarType> names{ { "u8", ScalarType::UInt8 },
+    { "u16", ScalarType::UInt16 }, { "f32", ScalarType::Float32 } };
+  command->add_option("--types", types, "Types of voxels; default u8,u16,f32")
+    ->delimiter(',')
+    ->transform(CLI::CheckedTransformer(names));
+}
+
+Run AddLoad(CLI::App* bench)
+{
+  auto options = std::make_shared<LoadOptions>();
+  CLI::App* command = bench->add_subcommand("load",
+    "The speed of bricks from a file (warm, through source and loader) beside that of the codec "
+    "alone on as many threads");
+  command->add_option("--filters", options->Filters, "Default none,deflate,shuffle+deflate,lz4")
+    ->delimiter(',');
+  AddTypes(command, options->Types);
+  command->add_option("--edge", options->Edge, "Voxels per axis, a multiple of 64; default 384")
+    ->check(CLI::Range(64, 2048));
+  command->add_option("--threads", options->Threads, "Default one per processor")
+    ->check(CLI::Range(1, 1024));
+  command
+    ->add_option("--repetitions", options->Repetitions, "Of which the median counts; default 7")
+    ->check(CLI::Range(1, 1000));
+  command->add_option("--folder", options->Folder, "For the files; default the system's temporary");
+  command->add_flag("--json", options->Json, "Print JSON");
+  return [options] { return RunBenchLoad(*options); };
+}
+
 Run AddBench(CLI::App& app)
 {
   auto options = std::make_shared<BenchOptions>();
   CLI::App* command = app.add_subcommand("bench",
     "Frame times beside VTK's mappers (frame, the default), costs by size (scale), time against "
-    "error (error)");
+    "error (error), loading beside decoding (load)");
   command->require_subcommand(0, 1);
   AddFrameOptions(command, options);
   CLI::App* frame =
@@ -327,9 +358,11 @@ Run AddBench(CLI::App& app)
   AddFrameOptions(frame, options);
   const Run scale = AddScale(command);
   const Run error = AddError(command);
-  return [command, options, scale, error]
+  const Run load = AddLoad(command);
+  return [command, options, scale, error, load]
   {
     return command->got_subcommand("scale") ? scale()
+      : command->got_subcommand("load")     ? load()
       : command->got_subcommand("error")    ? error()
                                             : RunBench(*options);
   };

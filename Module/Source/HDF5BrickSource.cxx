@@ -7,6 +7,7 @@
 #include "HDF5File.h"
 #include "PyramidMetadata.h"
 #include "PyramidStatistics.h"
+#include "SpareBuffers.h"
 
 #include <algorithm>
 #include <cstring>
@@ -18,6 +19,10 @@ namespace teravox
 
 namespace
 {
+// Of the budget, what may wait for the next bricks.
+constexpr std::uint64_t SpareShare = 16;
+constexpr std::uint64_t LeastForSpare = std::uint64_t{ 16 } << 20;
+
 std::string Text(const Int3& v)
 {
   return std::to_string(v[0]) + " x " + std::to_string(v[1]) + " x " + std::to_string(v[2]);
@@ -75,6 +80,23 @@ void CopyChunk(
   }
 }
 
+Status CopyRead(const Result<ChunkPointer>& read, const BrickKey& key, const Int3& chunk,
+  const HDF5Dataset& dataset, const Target& target)
+{
+  if (!read.Ok())
+  {
+    return { read.GetStatus().Code(),
+      "Can't read " + key.ToString() + ": " + read.GetStatus().Message() + "." };
+  }
+  Int3 start{};
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    start[a] = chunk[a] * dataset.ChunkSize()[a];
+  }
+  CopyChunk(*read.Value(), start, dataset, target);
+  return {};
+}
+
 // Repeats the outermost voxels inside the level over what lies outside.
 void Clamp(const Target& t)
 {
@@ -126,8 +148,18 @@ class HDF5BrickSource::Internals
 {
 public:
   explicit Internals(std::uint64_t budget)
-    : Cache(budget)
+    : Cache(0)
   {
+    this->SetMemoryBudget(budget);
+  }
+
+  void SetMemoryBudget(std::uint64_t bytes)
+  {
+    // Small budgets need all of their memory for chunks.
+    const std::uint64_t spare =
+      bytes < LeastForSpare ? 0 : std::min(bytes / SpareShare, SpareBuffers::Largest);
+    this->Spare->SetLimit(spare);
+    this->Cache.SetBudget(bytes - spare);
   }
 
   Status Open(const std::string& fileName, const HDF5OpenOptions& options);
@@ -136,6 +168,8 @@ public:
   Status CheckKey(const BrickKey& key, int pageLevels) const;
 
   ChunkCache Cache;
+  /// Memory of bricks that were let go; the next ones are made in it.
+  const std::shared_ptr<SpareBuffers> Spare = std::make_shared<SpareBuffers>();
   VolumeInfo Volume;
   std::shared_ptr<HDF5File> File;
   std::vector<std::shared_ptr<HDF5Dataset>> Levels;
@@ -277,8 +311,12 @@ Status HDF5BrickSource::Internals::Gather(const BrickKey& key, Brick& brick)
     last[a] = CeilDiv(target.High[a], dataset.ChunkSize()[a]);
   }
   const auto edge = static_cast<std::size_t>(target.StoredSize);
-  brick.Voxels.resize(edge * edge * edge * target.VoxelBytes);
+  const std::size_t bytes = edge * edge * edge * target.VoxelBytes;
+  brick.Voxels = this->Spare->Take(bytes);
+  brick.Voxels.resize(bytes);
   target.Voxels = brick.Voxels.data();
+  // Chunks that other threads are decoding come last: meanwhile there is enough to do.
+  std::vector<Int3> busy;
   Int3 chunk{};
   for (chunk[2] = first[2]; chunk[2] < last[2]; ++chunk[2])
   {
@@ -286,20 +324,30 @@ Status HDF5BrickSource::Internals::Gather(const BrickKey& key, Brick& brick)
     {
       for (chunk[0] = first[0]; chunk[0] < last[0]; ++chunk[0])
       {
-        const Result<ChunkPointer> read = this->Cache.Get({ key.Level, chunk },
+        const auto read = this->Cache.TryGet({ key.Level, chunk },
           [&](const ChunkCache::Reserve& reserve) { return dataset.Read(chunk, reserve); });
-        if (!read.Ok())
+        if (!read)
         {
-          return { read.GetStatus().Code(),
-            "Can't read " + key.ToString() + ": " + read.GetStatus().Message() + "." };
+          busy.push_back(chunk);
+          continue;
         }
-        Int3 start{};
-        for (std::size_t a = 0; a < 3; ++a)
+        const Status status = CopyRead(*read, key, chunk, dataset, target);
+        if (!status.Ok())
         {
-          start[a] = chunk[a] * dataset.ChunkSize()[a];
+          return status;
         }
-        CopyChunk(*read.Value(), start, dataset, target);
       }
+    }
+  }
+  for (const Int3& other : busy)
+  {
+    const Status status =
+      CopyRead(this->Cache.Get({ key.Level, other },
+                 [&](const ChunkCache::Reserve& reserve) { return dataset.Read(other, reserve); }),
+        key, other, dataset, target);
+    if (!status.Ok())
+    {
+      return status;
     }
   }
   Clamp(target);
@@ -343,7 +391,13 @@ Result<BrickPointer> HDF5BrickSource::ReadBrick(const BrickKey& key)
   try
   {
     Status status = this->Self->CheckKey(key, 1);
-    auto brick = std::make_shared<Brick>();
+    const std::shared_ptr<SpareBuffers> spare = this->Self->Spare;
+    const std::shared_ptr<Brick> brick(new Brick,
+      [spare](Brick* old)
+      {
+        spare->Give(std::move(old->Voxels));
+        delete old;
+      });
     if (status.Ok())
     {
       brick->Type = this->Self->Volume.Type;
@@ -351,8 +405,7 @@ Result<BrickPointer> HDF5BrickSource::ReadBrick(const BrickKey& key)
       brick->StoredSize = this->Self->Volume.Layout.StoredSize();
       status = this->Self->Gather(key, *brick);
     }
-    return status.Ok() ? Result<BrickPointer>(BrickPointer(std::move(brick)))
-                       : Result<BrickPointer>(status);
+    return status.Ok() ? Result<BrickPointer>(BrickPointer(brick)) : Result<BrickPointer>(status);
   }
   catch (const std::exception& e)
   {
@@ -420,12 +473,12 @@ std::uint64_t HDF5BrickSource::BytesRead() const
 
 std::uint64_t HDF5BrickSource::MemoryUsed() const
 {
-  return this->Self->Cache.MemoryUsed();
+  return this->Self->Cache.MemoryUsed() + this->Self->Spare->MemoryUsed();
 }
 
 void HDF5BrickSource::SetMemoryBudget(std::uint64_t bytes)
 {
-  this->Self->Cache.SetBudget(bytes);
+  this->Self->SetMemoryBudget(bytes);
 }
 
 } // namespace teravox

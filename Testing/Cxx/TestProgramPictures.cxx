@@ -222,7 +222,7 @@ Outcome RunAndLeaveNothing(const std::vector<std::string>& arguments, bool inter
   std::filesystem::create_directory(options.TemporaryFolder);
   if (interrupt)
   {
-    options.InterruptWhenExists = options.TemporaryFolder + "/teravox-scale-";
+    options.InterruptWhenExists = options.TemporaryFolder + "/teravox-bench-";
     options.Signals = { SIGINT };
   }
   const Outcome outcome = RunProgram(arguments, options);

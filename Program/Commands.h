@@ -121,7 +121,8 @@ struct ScaleOptions
   std::uint64_t GPUMemory = std::uint64_t{ 256 } << 20;
   std::uint64_t HostMemory = std::uint64_t{ 512 } << 20;
   bool Json = false;
-  std::string Only; ///< one measurement, in this process
+  std::string Only;    ///< one measurement, in this process
+  bool Inside = false; ///< of it: from within the volume
 };
 Status RunBenchScale(const ScaleOptions& options);
 
@@ -136,6 +137,18 @@ struct LoadOptions
   bool Json = false;
 };
 Status RunBenchLoad(const LoadOptions& options);
+
+struct ConvertBenchOptions
+{
+  std::vector<std::string> Formats{ "mha" }; ///< nii, vti
+  std::vector<ScalarType> Types{ ScalarType::UInt8, ScalarType::UInt16, ScalarType::Float32 };
+  std::vector<std::string> Compressions{ "lz4", "none" };
+  int Edge = 512; ///< voxels per axis
+  int Repetitions = 5;
+  std::string Folder; ///< for the files; empty: the system's
+  bool Json = false;
+};
+Status RunBenchConvert(const ConvertBenchOptions& options);
 
 struct BenchErrorOptions
 {

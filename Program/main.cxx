@@ -293,8 +293,9 @@ Run AddScale(CLI::App* bench)
 {
   auto options = std::make_shared<ScaleOptions>();
   CLI::App* command = bench->add_subcommand("scale",
-    "The cost of one picture of volumes of all sizes, as formulas and as sparse files; the last "
-    "line of each group is the largest by the smallest");
+    "The cost of one picture of volumes of all sizes, as formulas and as sparse files, from "
+    "outside "
+    "and from within; the last line of each group is the largest by the smallest");
   command
     ->add_option("--volumes", options->Volumes,
       "Voxels per axis of the formulas; default 512 4096 32768 1048576 1073741824")
@@ -311,6 +312,7 @@ Run AddScale(CLI::App* bench)
   AddBytes(command, "--host-memory", options->HostMemory, "Main memory to use; default 512M");
   command->add_flag("--json", options->Json, "Print JSON");
   command->add_option("--only", options->Only)->group("");
+  command->add_flag("--inside", options->Inside)->group("");
   return [options] { return RunBenchScale(*options); };
 }
 
@@ -345,12 +347,35 @@ Run AddLoad(CLI::App* bench)
   return [options] { return RunBenchLoad(*options); };
 }
 
+Run AddConvertBench(CLI::App* bench)
+{
+  auto options = std::make_shared<ConvertBenchOptions>();
+  CLI::App* command = bench->add_subcommand("convert",
+    "The speed of a conversion beside that of a plain copy of the same file, both until the disk "
+    "has it");
+  command->add_option("--formats", options->Formats, "mha, nii, vti; default mha")
+    ->delimiter(',')
+    ->check(CLI::IsMember({ "mha", "nii", "vti" }));
+  AddTypes(command, options->Types);
+  command->add_option("--compressions", options->Compressions, "Default lz4,none")
+    ->delimiter(',')
+    ->check(CLI::IsMember({ "none", "deflate", "lz4" }));
+  command->add_option("--edge", options->Edge, "Voxels per axis; default 512")
+    ->check(CLI::Range(8, 2048));
+  command
+    ->add_option("--repetitions", options->Repetitions, "Of which the median counts; default 5")
+    ->check(CLI::Range(1, 1000));
+  command->add_option("--folder", options->Folder, "For the files; default the system's temporary");
+  command->add_flag("--json", options->Json, "Print JSON");
+  return [options] { return RunBenchConvert(*options); };
+}
+
 Run AddBench(CLI::App& app)
 {
   auto options = std::make_shared<BenchOptions>();
   CLI::App* command = app.add_subcommand("bench",
     "Frame times beside VTK's mappers (frame, the default), costs by size (scale), time against "
-    "error (error), loading beside decoding (load)");
+    "error (error), loading beside decoding (load), conversion beside a copy (convert)");
   command->require_subcommand(0, 1);
   AddFrameOptions(command, options);
   CLI::App* frame =
@@ -359,10 +384,12 @@ Run AddBench(CLI::App& app)
   const Run scale = AddScale(command);
   const Run error = AddError(command);
   const Run load = AddLoad(command);
-  return [command, options, scale, error, load]
+  const Run convert = AddConvertBench(command);
+  return [command, options, scale, error, load, convert]
   {
     return command->got_subcommand("scale") ? scale()
       : command->got_subcommand("load")     ? load()
+      : command->got_subcommand("convert")  ? convert()
       : command->got_subcommand("error")    ? error()
                                             : RunBench(*options);
   };

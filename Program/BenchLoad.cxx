@@ -226,6 +226,10 @@ void PrintRow(const Json& row)
 
 Status RunBenchLoad(const LoadOptions& options)
 {
+  if (options.Edge % 64 != 0)
+  {
+    return { StatusCode::InvalidArgument, "The edge must be a multiple of 64 voxels." };
+  }
   // Until the folder is gone, Ctrl-C only asks.
   CatchInterrupts("");
   const TemporaryFolder folder(options.Folder);

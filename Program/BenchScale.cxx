@@ -353,6 +353,10 @@ Result<Json> MeasureFormulas(const ScaleOptions& options, const OnRow& onRow)
   for (const std::int64_t edge : options.Volumes)
   {
     auto row = MeasureApart(options, fmt::format("formula:{}", edge));
+    if (WasInterrupted())
+    {
+      return Status(StatusCode::Cancelled, "It was interrupted.");
+    }
     if (!row.Ok())
     {
       return row;

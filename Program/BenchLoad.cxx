@@ -30,7 +30,7 @@ namespace
 using Json = nlohmann::ordered_json;
 
 constexpr double LongestWait = 60;  // seconds until the next brick
-constexpr double CacheShare = 0.75; // of the volume; two layers of chunks and bricks must fit
+constexpr double CacheShare = 0.75; // of the volume; a layer of bricks needs three of chunks
 /// The same source under several numbers: what one pass leaves in the cache isn't what the next
 /// asks for, but what it evicts.
 constexpr std::uint32_t Volumes = 3;

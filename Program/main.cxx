@@ -336,7 +336,7 @@ Run AddLoad(CLI::App* bench)
     ->delimiter(',');
   AddTypes(command, options->Types);
   command->add_option("--edge", options->Edge, "Voxels per axis, a multiple of 64; default 384")
-    ->check(CLI::Range(64, 2048));
+    ->check(CLI::Range(320, 2048));
   command->add_option("--threads", options->Threads, "Default one per processor")
     ->check(CLI::Range(1, 1024));
   command

@@ -260,6 +260,7 @@ TEST_F(ProgramPictures, BenchScaleCostsFollowThePicture)
              "frame_operations", "allocations", "frame_allocations" })
       {
         SCOPED_TRACE(column);
+        const std::string name = column;
         ASSERT_TRUE(rows[0][column].is_number());
         ASSERT_TRUE(rows[1][column].is_number());
         const double first = rows[0][column];
@@ -272,9 +273,16 @@ TEST_F(ProgramPictures, BenchScaleCostsFollowThePicture)
         {
           EXPECT_TRUE(ratio[column].is_null());
         }
-        if (seconds.count(column) == 0)
+        if (seconds.count(name) == 0)
         {
-          EXPECT_LE(last, (timed.count(column) != 0 ? 2.0 : 1.2) * first);
+          // So small a picture's costs are few: one brick more in view, and for each level that a
+          // larger file has, one chunk of statistics more, is much beside them.
+          const double slack = name == "bytes_read" ? 4096
+            : name == "frame_traffic_bytes"         ? 400e3
+            : name == "frame_operations"            ? 8
+            : name == "frame_allocations"           ? 100
+                                                    : 0;
+          EXPECT_LE(last, (timed.count(name) != 0 ? 2.0 : 1.2) * first + slack);
         }
       }
       for (const auto& row : rows)

@@ -2,29 +2,32 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Does the cost follow the picture, and not the volume? One picture of volumes of all sizes that
-// look the same, as formulas and as sparse files.
+// look the same, as formulas and as sparse files, from outside and from deep within.
+#include "BenchAllocations.h"
+#include "BenchClock.h"
 #include "ByteCount.h"
 #include "Commands.h"
 #include "ErrorCapture.h"
 #include "Interrupt.h"
 #include "SelfOutput.h"
 #include "SparseFile.h"
+#include "TemporaryFolder.h"
 #include "View.h"
 #include "vtkBrickSource.h"
 #include "vtkHDF5PyramidReader.h"
 #include "vtkOutOfCoreVolumeMapper.h"
 #include "vtkProceduralVolumeSource.h"
 
-#include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 #include <vtkCamera.h>
 #include <vtkColorTransferFunction.h>
@@ -56,19 +59,38 @@ struct Column
   } Unit;
 };
 
-// Of the first, converged picture; but for what a turned view costs after it.
-constexpr std::array<Column, 10> Columns{ {
-  { "first_seconds", "first", Column::Milliseconds },
+// Of the first, converged picture; "frame": of a view turned by a degree after it, the median.
+// Traffic: voxels and page table to the renderer, and what is read from the file.
+constexpr std::array<Column, 16> Columns{ {
+  { "first_seconds", "converge", Column::Milliseconds },
+  { "first_cpu_seconds", "(CPU)", Column::Milliseconds },
   { "frame_seconds", "frame", Column::Milliseconds },
+  { "frame_cpu_seconds", "(CPU)", Column::Milliseconds },
   { "addressing_bytes", "addressing", Column::Bytes },
   { "host_bytes", "host", Column::Bytes },
   { "process_bytes", "process", Column::Bytes },
   { "bytes_read", "read", Column::Bytes },
   { "bytes_uploaded", "uploaded", Column::Bytes },
+  { "traffic_bytes", "traffic", Column::Bytes },
+  { "frame_traffic_bytes", "/frame", Column::Bytes },
   { "bricks", "bricks", Column::Count },
   { "operations", "operations", Column::Count },
-  { "frame_operations", "op./frame", Column::Count },
+  { "frame_operations", "/frame", Column::Count },
+  { "allocations", "allocs", Column::Count },
+  { "frame_allocations", "/frame", Column::Count },
 } };
+
+/// What is looked at. From within, the near plane lies where the smallest volume has just one voxel
+/// for each pixel: nearer, it has less detail than the others.
+struct ScaleView
+{
+  const char* Name;
+  bool Inside;
+};
+constexpr std::array<ScaleView, 2> Views{ { { "outside", false }, { "inside", true } } };
+constexpr double InsideNear = 0.1; // of the edge
+constexpr double SmallestEdge = 512;
+constexpr double InsideAngle = 60;
 
 /// Most main memory that this process has held; 0 where the system doesn't tell.
 std::uint64_t PeakProcessMemory()
@@ -119,19 +141,75 @@ void SetLook(vtkVolumeProperty* property, double edge)
   property->SetInterpolationTypeToLinear();
 }
 
-double SecondsOf(vtkRenderWindow* window)
+/// What one picture cost.
+struct PictureCost
 {
-  const auto start = std::chrono::steady_clock::now();
-  window->Render();
-  window->WaitForCompletion();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  double Seconds = 0;
+  double CPUSeconds = 0;
+  double Traffic = 0;
+  double Operations = 0;
+  double Allocations = 0;
+};
+
+double TrafficOf(vtkOutOfCoreVolumeMapper* mapper)
+{
+  return static_cast<double>(
+    mapper->GetBytesUploaded() + mapper->GetPageTableBytesUploaded() + mapper->GetBytesRead());
 }
 
-template <typename T>
-T Median(std::vector<T> values)
+PictureCost Draw(vtkRenderWindow* window, vtkOutOfCoreVolumeMapper* mapper)
 {
-  std::sort(values.begin(), values.end());
-  return values.at(values.size() / 2);
+  PictureCost cost;
+  const double before = TrafficOf(mapper);
+  const AllocationCounter allocations;
+  const BenchClock clock;
+  window->Render();
+  window->WaitForCompletion();
+  cost.Seconds = clock.Seconds();
+  cost.CPUSeconds = clock.CPUSeconds();
+  cost.Allocations = static_cast<double>(allocations.Count());
+  cost.Traffic = TrafficOf(mapper) - before;
+  cost.Operations = static_cast<double>(mapper->GetNumberOfOperations());
+  return cost;
+}
+
+double MedianCost(const std::vector<PictureCost>& costs, double PictureCost::*number)
+{
+  std::vector<double> numbers;
+  for (const PictureCost& cost : costs)
+  {
+    numbers.push_back(cost.*number);
+  }
+  return MedianOf(std::move(numbers));
+}
+
+/// Where the camera is. From within, deep in the volume: pixels of equal angles see voxels of equal
+/// angles at all depths, whatever the size of the volume.
+Status PlaceScaleCamera(
+  const ScaleOptions& options, vtkCamera* camera, const double bounds[6], double edge)
+{
+  const double aspect = static_cast<double>(options.Size[0]) / options.Size[1];
+  CameraOptions placed;
+  if (options.Inside)
+  {
+    placed.Given = true;
+    placed.Position = { 0.45, 0.47, 0.44 };
+    placed.FocalPoint = { 1.0, 0.98, 0.99 };
+    placed.ViewAngle = InsideAngle;
+  }
+  Status status = PlaceCamera(camera, placed, bounds, aspect, 1.0);
+  if (status.Ok() && options.Inside)
+  {
+    camera->SetClippingRange(InsideNear * edge, 2 * edge);
+  }
+  return status;
+}
+
+/// Makes a pixel as wide as one voxel of the smallest volume at the near plane.
+double InsideBias(const ScaleOptions& options)
+{
+  const double pixel = 2 * std::tan(0.5 * InsideAngle * M_PI / 180) / options.Size[1];
+  return std::log2(1 / (SmallestEdge * InsideNear * pixel));
 }
 
 /// One row, in this process. The programs of the GPU are made before, with a volume of one brick:
@@ -154,6 +232,10 @@ Result<Json> Measure(const ScaleOptions& options, vtkBrickSourceAlgorithm* sourc
   mapper->SetGPUMemoryBudget(options.GPUMemory);
   mapper->SetHostMemoryBudget(options.HostMemory);
   mapper->SetBrickSource(warm->GetBrickSource());
+  if (options.Inside)
+  {
+    mapper->SetLevelOfDetailBias(InsideBias(options));
+  }
   vtkNew<vtkVolume> volume;
   SetLook(volume->GetProperty(), 32);
   volume->SetMapper(mapper);
@@ -165,10 +247,10 @@ Result<Json> Measure(const ScaleOptions& options, vtkBrickSourceAlgorithm* sourc
   window->SetSize(options.Size[0], options.Size[1]);
   window->AddRenderer(renderer);
   vtkCamera* camera = renderer->GetActiveCamera();
-  const double aspect = static_cast<double>(options.Size[0]) / options.Size[1];
   for (const bool warming : { true, false })
   {
-    const Status placed = PlaceCamera(camera, CameraOptions(), volume->GetBounds(), aspect, 1.0);
+    const Status placed =
+      PlaceScaleCamera(options, camera, volume->GetBounds(), warming ? 32 : edge);
     if (!placed.Ok())
     {
       return placed;
@@ -184,7 +266,9 @@ Result<Json> Measure(const ScaleOptions& options, vtkBrickSourceAlgorithm* sourc
   const std::uint64_t uploaded = mapper->GetBytesUploaded();
   Json row;
   row["voxels_per_axis"] = dimensions[0];
-  row["first_seconds"] = SecondsOf(window);
+  const PictureCost first = Draw(window, mapper);
+  row["first_seconds"] = first.Seconds;
+  row["first_cpu_seconds"] = first.CPUSeconds;
   if (errors.HasError() || !mapper->IsConverged())
   {
     return failure("The picture didn't converge.");
@@ -196,21 +280,31 @@ Result<Json> Measure(const ScaleOptions& options, vtkBrickSourceAlgorithm* sourc
   row["bytes_uploaded"] = mapper->GetBytesUploaded() - uploaded;
   row["bricks"] = mapper->GetNumberOfBricksLoaded() - bricks;
   row["passes"] = mapper->GetNumberOfPasses();
-  row["operations"] = mapper->GetNumberOfOperations();
-  std::vector<double> seconds;
-  std::vector<std::uint64_t> operations;
+  row["operations"] = first.Operations;
+  row["traffic_bytes"] = first.Traffic;
+  row["allocations"] = first.Allocations;
+  std::vector<PictureCost> frames;
   for (int i = 0; i < options.Frames; ++i)
   {
-    camera->Azimuth(1.0);
-    seconds.push_back(SecondsOf(window));
-    operations.push_back(mapper->GetNumberOfOperations());
+    if (options.Inside)
+    {
+      camera->Yaw(1.0);
+    }
+    else
+    {
+      camera->Azimuth(1.0);
+    }
+    frames.push_back(Draw(window, mapper));
   }
   if (errors.HasError() || !mapper->IsConverged())
   {
     return failure("A frame didn't converge.");
   }
-  row["frame_seconds"] = Median(seconds);
-  row["frame_operations"] = Median(operations);
+  row["frame_seconds"] = MedianCost(frames, &PictureCost::Seconds);
+  row["frame_cpu_seconds"] = MedianCost(frames, &PictureCost::CPUSeconds);
+  row["frame_traffic_bytes"] = MedianCost(frames, &PictureCost::Traffic);
+  row["frame_operations"] = MedianCost(frames, &PictureCost::Operations);
+  row["frame_allocations"] = MedianCost(frames, &PictureCost::Allocations);
   row["process_bytes"] = PeakProcessMemory();
   return row;
 }
@@ -218,10 +312,15 @@ Result<Json> Measure(const ScaleOptions& options, vtkBrickSourceAlgorithm* sourc
 /// One row, in a process of its own: memory and caches of one volume don't serve the next.
 Result<Json> MeasureApart(const ScaleOptions& options, const std::string& name)
 {
-  const auto text =
-    OutputOfSelf({ "bench", "scale", "--only", name, "--size", std::to_string(options.Size[0]),
+  std::vector<std::string> arguments(
+    { "bench", "scale", "--only", name, "--size", std::to_string(options.Size[0]),
       std::to_string(options.Size[1]), "--frames", std::to_string(options.Frames), "--gpu-memory",
       std::to_string(options.GPUMemory), "--host-memory", std::to_string(options.HostMemory) });
+  if (options.Inside)
+  {
+    arguments.emplace_back("--inside");
+  }
+  const auto text = OutputOfSelf(arguments);
   if (!text.Ok())
   {
     return text.GetStatus();
@@ -254,6 +353,10 @@ Result<Json> MeasureFormulas(const ScaleOptions& options, const OnRow& onRow)
   for (const std::int64_t edge : options.Volumes)
   {
     auto row = MeasureApart(options, fmt::format("formula:{}", edge));
+    if (WasInterrupted())
+    {
+      return Status(StatusCode::Cancelled, "It was interrupted.");
+    }
     if (!row.Ok())
     {
       return row;
@@ -264,20 +367,14 @@ Result<Json> MeasureFormulas(const ScaleOptions& options, const OnRow& onRow)
   return rows;
 }
 
-Result<Json> MeasureFiles(const ScaleOptions& options, const OnRow& onRow)
+Result<Json> MeasureFiles(
+  const ScaleOptions& options, const std::string& folder, const OnRow& onRow)
 {
-  // Until the folder is gone, Ctrl-C only asks.
-  CatchInterrupts("");
-  const SparseFolder folder;
-  if (folder.Path().empty())
-  {
-    return Status(StatusCode::InputOutput, "There is no folder for temporary files.");
-  }
   Json rows = Json::array();
   for (const std::int64_t edge : options.Files)
   {
-    const std::string file = fmt::format("{}/{}.h5", folder.Path(), edge);
-    const Status written = WriteSparseFile(file, edge);
+    const std::string file = fmt::format("{}/{}.h5", folder, edge);
+    const Status written = std::filesystem::exists(file) ? Status() : WriteSparseFile(file, edge);
     auto row = written.Ok() ? MeasureApart(options, "file:" + file) : Result<Json>(written);
     if (WasInterrupted())
     {
@@ -295,7 +392,7 @@ Result<Json> MeasureFiles(const ScaleOptions& options, const OnRow& onRow)
 
 void PrintLine(const std::string& name, const Json& row, bool ratios)
 {
-  fmt::print("{:<20}", name);
+  fmt::print("{:<18}", name);
   for (const Column& column : Columns)
   {
     std::string text = "-";
@@ -311,17 +408,17 @@ void PrintLine(const std::string& name, const Json& row, bool ratios)
         : column.Unit == Column::Bytes ? FormatByteCount(value.get<double>())
                                        : fmt::format("{:.0f}", value.get<double>());
     }
-    fmt::print(" {:>10}", text);
+    fmt::print(" {:>9}", text);
   }
   fmt::print("\n");
 }
 
 void PrintHead(const std::string& name)
 {
-  fmt::print("{:<20}", name);
+  fmt::print("{:<18}", name);
   for (const Column& column : Columns)
   {
-    fmt::print(" {:>10}", column.Head);
+    fmt::print(" {:>9}", column.Head);
   }
   fmt::print("\n");
 }
@@ -365,6 +462,13 @@ Status RunBenchScale(const ScaleOptions& options)
   {
     return RunOnly(options);
   }
+  // Until the folder is gone, Ctrl-C only asks.
+  CatchInterrupts("");
+  const TemporaryFolder folder;
+  if (folder.Path().empty())
+  {
+    return { StatusCode::InputOutput, "There is no folder for temporary files." };
+  }
   Json all;
   all["size"] = options.Size;
   all["frames"] = options.Frames;
@@ -380,22 +484,27 @@ Status RunBenchScale(const ScaleOptions& options)
   };
   const auto onRow = [&print](const Json& row)
   { print(fmt::format("{}^3", row.at("voxels_per_axis").get<long long>()), row, false); };
-  using Measurer = Result<Json> (*)(const ScaleOptions&, const OnRow&);
-  const std::array<std::pair<const char*, Measurer>, 2> groups{ { { "formula", MeasureFormulas },
-    { "file", MeasureFiles } } };
-  for (const auto& group : groups)
+  for (const bool files : { false, true })
   {
-    if (!options.Json)
+    for (const ScaleView& view : Views)
     {
-      PrintHead(group.first);
+      ScaleOptions seen = options;
+      seen.Inside = view.Inside;
+      const std::string group = files ? "file" : "formula";
+      if (!options.Json)
+      {
+        PrintHead(fmt::format("{}, {}", group, view.Name));
+      }
+      const auto rows =
+        files ? MeasureFiles(seen, folder.Path(), onRow) : MeasureFormulas(seen, onRow);
+      if (!rows.Ok())
+      {
+        return rows.GetStatus();
+      }
+      Json& result = all[group][view.Name];
+      result = { { "rows", rows.Value() }, { "ratio", RatioOf(rows.Value()) } };
+      print("last / first", result["ratio"], true);
     }
-    const auto rows = group.second(options, onRow);
-    if (!rows.Ok())
-    {
-      return rows.GetStatus();
-    }
-    all[group.first] = { { "rows", rows.Value() }, { "ratio", RatioOf(rows.Value()) } };
-    print("last / first", all[group.first]["ratio"], true);
   }
   if (options.Json)
   {

@@ -121,9 +121,34 @@ struct ScaleOptions
   std::uint64_t GPUMemory = std::uint64_t{ 256 } << 20;
   std::uint64_t HostMemory = std::uint64_t{ 512 } << 20;
   bool Json = false;
-  std::string Only; ///< one measurement, in this process
+  std::string Only;    ///< one measurement, in this process
+  bool Inside = false; ///< of it: from within the volume
 };
 Status RunBenchScale(const ScaleOptions& options);
+
+struct LoadOptions
+{
+  std::vector<std::string> Filters{ "none", "deflate", "shuffle+deflate", "lz4" };
+  std::vector<ScalarType> Types{ ScalarType::UInt8, ScalarType::UInt16, ScalarType::Float32 };
+  int Edge = 384;  ///< voxels per axis, a multiple of 64
+  int Threads = 0; ///< 0: one per processor
+  int Repetitions = 7;
+  std::string Folder; ///< for the files; empty: the system's
+  bool Json = false;
+};
+Status RunBenchLoad(const LoadOptions& options);
+
+struct ConvertBenchOptions
+{
+  std::vector<std::string> Formats{ "mha" }; ///< nii, vti
+  std::vector<ScalarType> Types{ ScalarType::UInt8, ScalarType::UInt16, ScalarType::Float32 };
+  std::vector<std::string> Compressions{ "lz4", "none" };
+  int Edge = 512; ///< voxels per axis
+  int Repetitions = 5;
+  std::string Folder; ///< for the files; empty: the system's
+  bool Json = false;
+};
+Status RunBenchConvert(const ConvertBenchOptions& options);
 
 struct BenchErrorOptions
 {

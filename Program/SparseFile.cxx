@@ -7,9 +7,6 @@
 #include "VoxelReader.h"
 
 #include <algorithm>
-#include <cstdlib>
-#include <filesystem>
-#include <system_error>
 
 namespace teravox::program
 {
@@ -94,23 +91,6 @@ Status WriteSparseFile(const std::string& fileName, std::int64_t edge)
   options.MemoryLimit = std::uint64_t{ 256 } << 20;
   options.Progress = [](std::uint64_t, std::uint64_t) { return !WasInterrupted(); };
   return PyramidWriter::Write(fileName, reader, options).GetStatus();
-}
-
-SparseFolder::SparseFolder()
-{
-  std::error_code error;
-  std::string pattern =
-    (std::filesystem::temp_directory_path(error) / "teravox-scale-XXXXXX").string();
-  this->Name = !error && mkdtemp(pattern.data()) != nullptr ? pattern : std::string();
-}
-
-SparseFolder::~SparseFolder()
-{
-  if (!this->Name.empty())
-  {
-    std::error_code error;
-    std::filesystem::remove_all(this->Name, error);
-  }
 }
 
 } // namespace teravox::program

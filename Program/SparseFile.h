@@ -16,22 +16,4 @@ namespace teravox::program
 /// voxels per axis, a multiple of 128.
 Status WriteSparseFile(const std::string& fileName, std::int64_t edge);
 
-/// A folder for such files, removed with all that is in it.
-class SparseFolder
-{
-public:
-  SparseFolder();
-  ~SparseFolder();
-  SparseFolder(const SparseFolder&) = delete;
-  SparseFolder& operator=(const SparseFolder&) = delete;
-  SparseFolder(SparseFolder&&) = delete;
-  SparseFolder& operator=(SparseFolder&&) = delete;
-
-  /// Empty if it couldn't be made.
-  const std::string& Path() const { return this->Name; }
-
-private:
-  std::string Name;
-};
-
 } // namespace teravox::program

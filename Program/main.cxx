@@ -293,8 +293,9 @@ Run AddScale(CLI::App* bench)
 {
   auto options = std::make_shared<ScaleOptions>();
   CLI::App* command = bench->add_subcommand("scale",
-    "The cost of one picture of volumes of all sizes, as formulas and as sparse files; the last "
-    "line of each group is the largest by the smallest");
+    "The cost of one picture of volumes of all sizes, as formulas and as sparse files, from "
+    "outside "
+    "and from within; the last line of each group is the largest by the smallest");
   command
     ->add_option("--volumes", options->Volumes,
       "Voxels per axis of the formulas; default 512 4096 32768 1048576 1073741824")
@@ -311,7 +312,62 @@ Run AddScale(CLI::App* bench)
   AddBytes(command, "--host-memory", options->HostMemory, "Main memory to use; default 512M");
   command->add_flag("--json", options->Json, "Print JSON");
   command->add_option("--only", options->Only)->group("");
+  command->add_flag("--inside", options->Inside)->group("");
   return [options] { return RunBenchScale(*options); };
+}
+
+/// Types of the cubes that `bench load` and `bench convert` make.
+void AddTypes(CLI::App* command, std::vector<ScalarType>& types)
+{
+  static const std::map<std::string, ScalarType> names{ { "u8", ScalarType::UInt8 },
+    { "u16", ScalarType::UInt16 }, { "f32", ScalarType::Float32 } };
+  command->add_option("--types", types, "Types of voxels; default u8,u16,f32")
+    ->delimiter(',')
+    ->transform(CLI::CheckedTransformer(names));
+}
+
+Run AddLoad(CLI::App* bench)
+{
+  auto options = std::make_shared<LoadOptions>();
+  CLI::App* command = bench->add_subcommand("load",
+    "The speed of bricks from a file (warm, through source and loader) beside that of the codec "
+    "alone on as many threads");
+  command->add_option("--filters", options->Filters, "Default none,deflate,shuffle+deflate,lz4")
+    ->delimiter(',');
+  AddTypes(command, options->Types);
+  command->add_option("--edge", options->Edge, "Voxels per axis, a multiple of 64; default 384")
+    ->check(CLI::Range(320, 2048));
+  command->add_option("--threads", options->Threads, "Default one per processor")
+    ->check(CLI::Range(1, 1024));
+  command
+    ->add_option("--repetitions", options->Repetitions, "Of which the median counts; default 7")
+    ->check(CLI::Range(1, 1000));
+  command->add_option("--folder", options->Folder, "For the files; default the system's temporary");
+  command->add_flag("--json", options->Json, "Print JSON");
+  return [options] { return RunBenchLoad(*options); };
+}
+
+Run AddConvertBench(CLI::App* bench)
+{
+  auto options = std::make_shared<ConvertBenchOptions>();
+  CLI::App* command = bench->add_subcommand("convert",
+    "The speed of a conversion beside that of a plain copy of the same file, both until the disk "
+    "has it");
+  command->add_option("--formats", options->Formats, "mha, nii, vti; default mha")
+    ->delimiter(',')
+    ->check(CLI::IsMember({ "mha", "nii", "vti" }));
+  AddTypes(command, options->Types);
+  command->add_option("--compressions", options->Compressions, "Default lz4,none")
+    ->delimiter(',')
+    ->check(CLI::IsMember({ "none", "deflate", "lz4" }));
+  command->add_option("--edge", options->Edge, "Voxels per axis; default 512")
+    ->check(CLI::Range(8, 2048));
+  command
+    ->add_option("--repetitions", options->Repetitions, "Of which the median counts; default 5")
+    ->check(CLI::Range(1, 1000));
+  command->add_option("--folder", options->Folder, "For the files; default the system's temporary");
+  command->add_flag("--json", options->Json, "Print JSON");
+  return [options] { return RunBenchConvert(*options); };
 }
 
 Run AddBench(CLI::App& app)
@@ -319,7 +375,7 @@ Run AddBench(CLI::App& app)
   auto options = std::make_shared<BenchOptions>();
   CLI::App* command = app.add_subcommand("bench",
     "Frame times beside VTK's mappers (frame, the default), costs by size (scale), time against "
-    "error (error)");
+    "error (error), loading beside decoding (load), conversion beside a copy (convert)");
   command->require_subcommand(0, 1);
   AddFrameOptions(command, options);
   CLI::App* frame =
@@ -327,9 +383,13 @@ Run AddBench(CLI::App& app)
   AddFrameOptions(frame, options);
   const Run scale = AddScale(command);
   const Run error = AddError(command);
-  return [command, options, scale, error]
+  const Run load = AddLoad(command);
+  const Run convert = AddConvertBench(command);
+  return [command, options, scale, error, load, convert]
   {
     return command->got_subcommand("scale") ? scale()
+      : command->got_subcommand("load")     ? load()
+      : command->got_subcommand("convert")  ? convert()
       : command->got_subcommand("error")    ? error()
                                             : RunBench(*options);
   };

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <string>
 #include <unordered_map>
+#include <utility>
 
 namespace teravox
 {
@@ -52,6 +53,18 @@ struct ChunkCache::State
   std::unordered_map<ChunkKey, List::iterator, ChunkKeyHash> Index;
   std::unordered_map<ChunkKey, std::shared_ptr<InFlight>, ChunkKeyHash> Loading;
 
+  // Null if it isn't cached. Requires: Mutex held.
+  ChunkPointer Find(const ChunkKey& key)
+  {
+    const auto found = this->Index.find(key);
+    if (found == this->Index.end())
+    {
+      return nullptr;
+    }
+    this->Recent.splice(this->Recent.begin(), this->Recent, found->second);
+    return found->second->Chunk;
+  }
+
   void Release(std::uint64_t bytes)
   {
     const std::lock_guard<std::mutex> lock(this->Mutex);
@@ -73,7 +86,8 @@ struct ChunkCache::State
     return true;
   }
 
-  Status Reserve(std::uint64_t bytes)
+  // `room` receives the memory of a dropped chunk of `kept` bytes: it is within what is reserved.
+  Status Reserve(std::uint64_t bytes, std::uint64_t kept, std::vector<std::byte>& room)
   {
     std::unique_lock<std::mutex> lock(this->Mutex);
     while (this->Used + bytes > this->Budget)
@@ -87,6 +101,13 @@ struct ChunkCache::State
       std::vector<ChunkPointer> dropped;
       if (this->DropOne(dropped))
       {
+        // Copies are made under this lock only: a count of one can't grow.
+        const ChunkPointer& chunk = dropped.back();
+        if (room.empty() && chunk.use_count() == 1 && chunk->Voxels.size() == kept)
+        {
+          // Chunks are made as such; they are const only for those who share them.
+          room.swap(const_cast<Chunk&>(*chunk).Voxels);
+        }
         lock.unlock();
         dropped.clear();
         lock.lock();
@@ -94,6 +115,7 @@ struct ChunkCache::State
       else
       {
         // All is referenced or in flight in other threads, none of which waits while it holds.
+        std::vector<std::byte>().swap(room);
         this->Changed.wait(lock);
       }
     }
@@ -113,54 +135,94 @@ ChunkCache::~ChunkCache()
   this->SetBudget(0);
 }
 
+/// What a loader has reserved so far.
+struct ChunkCache::Reserve::Ticket
+{
+  explicit Ticket(State& owner)
+    : Owner(owner)
+  {
+  }
+
+  State& Owner;
+  std::uint64_t Reserved = 0; // not yet handed to the chunk
+  std::uint64_t Kept = EntryOverhead;
+  std::vector<std::byte> Room;
+};
+
+Status ChunkCache::Reserve::operator()(std::uint64_t needed, std::uint64_t kept) const
+{
+  Ticket& ticket = *this->Self;
+  Status status = ticket.Owner.Reserve(needed + EntryOverhead, kept, ticket.Room);
+  if (status.Ok())
+  {
+    ticket.Reserved = needed + EntryOverhead;
+    ticket.Kept = kept + EntryOverhead;
+  }
+  return status;
+}
+
+std::vector<std::byte> ChunkCache::Reserve::TakeRoom() const
+{
+  return std::move(this->Self->Room);
+}
+
 Result<ChunkPointer> ChunkCache::Get(const ChunkKey& key, const Loader& load)
 {
   State& state = *this->Shared;
-  std::shared_ptr<State::InFlight> flight;
   {
     std::unique_lock<std::mutex> lock(state.Mutex);
-    const auto found = state.Index.find(key);
-    if (found != state.Index.end())
+    if (ChunkPointer chunk = state.Find(key))
     {
-      state.Recent.splice(state.Recent.begin(), state.Recent, found->second);
-      return found->second->Chunk;
+      return chunk;
     }
     const auto other = state.Loading.find(key);
     if (other != state.Loading.end())
     {
-      flight = other->second;
+      const std::shared_ptr<State::InFlight> flight = other->second;
       state.Changed.wait(lock, [&] { return flight->Done; });
       return flight->Outcome;
     }
-    flight = std::make_shared<State::InFlight>();
-    state.Loading.emplace(key, flight);
+    state.Loading.emplace(key, std::make_shared<State::InFlight>());
   }
+  return this->Load(key, load);
+}
 
-  std::uint64_t reserved = 0; // not yet handed to the chunk
-  std::uint64_t keep = EntryOverhead;
-  bool reservedAny = false;
-  const auto reserve = [&](std::uint64_t needed, std::uint64_t kept)
+std::optional<Result<ChunkPointer>> ChunkCache::TryGet(const ChunkKey& key, const Loader& load)
+{
+  State& state = *this->Shared;
   {
-    Status status = state.Reserve(needed + EntryOverhead);
-    if (status.Ok())
+    const std::lock_guard<std::mutex> lock(state.Mutex);
+    if (ChunkPointer chunk = state.Find(key))
     {
-      reserved = needed + EntryOverhead;
-      keep = kept + EntryOverhead;
+      return chunk;
     }
-    return status;
-  };
+    if (state.Loading.count(key) != 0)
+    {
+      return std::nullopt;
+    }
+    state.Loading.emplace(key, std::make_shared<State::InFlight>());
+  }
+  return this->Load(key, load);
+}
+
+// Requires: the key is in Loading.
+Result<ChunkPointer> ChunkCache::Load(const ChunkKey& key, const Loader& load)
+{
+  State& state = *this->Shared;
+  Reserve::Ticket ticket(state);
+  bool reservedAny = false;
   Result<ChunkPointer> outcome = ChunkPointer();
   try
   {
-    outcome = load(reserve);
-    if (outcome.Ok() && reserved > 0)
+    outcome = load(Reserve(ticket));
+    if (outcome.Ok() && ticket.Reserved > 0)
     {
       // From here on the bytes belong to the chunk, as long as anybody refers to it.
       std::shared_ptr<State> shared = this->Shared;
       ChunkPointer inner = outcome.Value();
-      const std::uint64_t bytes = keep;
+      const std::uint64_t bytes = ticket.Kept;
       const Chunk* const chunk = inner.get();
-      reserved -= keep;
+      ticket.Reserved -= bytes;
       reservedAny = true;
       outcome = ChunkPointer(chunk,
         [shared, inner, bytes](const Chunk*) mutable
@@ -174,18 +236,20 @@ Result<ChunkPointer> ChunkCache::Get(const ChunkKey& key, const Loader& load)
   {
     outcome = Status(StatusCode::ResourceExhausted, std::string("reading it failed: ") + e.what());
   }
+  std::vector<std::byte>().swap(ticket.Room); // before its bytes are given back
 
   const std::lock_guard<std::mutex> lock(state.Mutex);
-  state.Used -= reserved;
+  state.Used -= ticket.Reserved;
   // What nobody reserved memory for (an unwritten chunk) is cheaper to ask for again than to keep.
   if (outcome.Ok() && reservedAny && state.Used <= state.Budget)
   {
     state.Recent.push_front({ key, outcome.Value() });
     state.Index[key] = state.Recent.begin();
   }
-  flight->Outcome = outcome;
-  flight->Done = true;
-  state.Loading.erase(key);
+  const auto flight = state.Loading.find(key);
+  flight->second->Outcome = outcome;
+  flight->second->Done = true;
+  state.Loading.erase(flight);
   state.Changed.notify_all();
   return outcome;
 }

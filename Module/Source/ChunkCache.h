@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace teravox
@@ -45,9 +46,26 @@ struct ChunkKeyHash
 class ChunkCache
 {
 public:
-  /// Asked of a loader before it allocates: bytes for the whole of reading and decoding, of which
-  /// `kept` stay with the chunk. Waits for room. Errors: ResourceExhausted, never fits.
-  using Reserve = std::function<Status(std::uint64_t needed, std::uint64_t kept)>;
+  /// Asked by a loader before it allocates.
+  class Reserve
+  {
+  public:
+    /// Bytes for the whole of reading and decoding, of which `kept` stay with the chunk. Waits for
+    /// room. Errors: ResourceExhausted, never fits.
+    Status operator()(std::uint64_t needed, std::uint64_t kept) const;
+    /// Memory of `kept` bytes that a dropped chunk has left, to be filled anew: the system's memory
+    /// costs more than decoding into it. Empty if there is none.
+    std::vector<std::byte> TakeRoom() const;
+
+  private:
+    friend class ChunkCache;
+    struct Ticket;
+    explicit Reserve(Ticket& ticket)
+      : Self(&ticket)
+    {
+    }
+    Ticket* Self;
+  };
   using Loader = std::function<Result<ChunkPointer>(const Reserve&)>;
 
   explicit ChunkCache(std::uint64_t budget);
@@ -60,6 +78,8 @@ public:
   /// The chunk, from the cache or by calling `load` outside the cache's lock. Failures and
   /// exceptions of `load` go to all who wait for the chunk, and aren't remembered.
   Result<ChunkPointer> Get(const ChunkKey& key, const Loader& load);
+  /// As Get(), but nothing if another thread is loading the chunk at this moment.
+  std::optional<Result<ChunkPointer>> TryGet(const ChunkKey& key, const Loader& load);
 
   std::uint64_t MemoryUsed() const;
   std::uint64_t Budget() const;
@@ -68,6 +88,7 @@ public:
 
 private:
   struct State;
+  Result<ChunkPointer> Load(const ChunkKey& key, const Loader& load);
   std::shared_ptr<State> Shared; // outlives the cache as long as a chunk is referenced
 };
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ChunkDecoder.h"
 
+#include "ScratchBytes.h"
+
 #include <algorithm>
 #include <cstring>
 #include <libdeflate.h>
@@ -125,18 +127,44 @@ Status DecodeLZ4(const Bytes& in, std::size_t limit, Bytes& out)
   return {};
 }
 
+// With the size known, whole elements are written at once.
+template <std::size_t ElementSize>
+void Interleave(const std::byte* in, std::size_t n, std::byte* out)
+{
+  for (std::size_t i = 0; i < n; ++i)
+  {
+    for (std::size_t b = 0; b < ElementSize; ++b)
+    {
+      out[i * ElementSize + b] = in[b * n + i];
+    }
+  }
+}
+
 void Unshuffle(const Bytes& in, std::size_t elementSize, Bytes& out)
 {
   out.resize(in.size());
   const std::size_t n = in.size() / elementSize;
-  for (std::size_t b = 0; b < elementSize; ++b)
+  switch (elementSize)
   {
-    const std::byte* from = in.data() + b * n;
-    std::byte* to = out.data() + b;
-    for (std::size_t i = 0; i < n; ++i)
-    {
-      to[i * elementSize] = from[i];
-    }
+    case 2:
+      Interleave<2>(in.data(), n, out.data());
+      break;
+    case 4:
+      Interleave<4>(in.data(), n, out.data());
+      break;
+    case 8:
+      Interleave<8>(in.data(), n, out.data());
+      break;
+    default:
+      for (std::size_t b = 0; b < elementSize; ++b)
+      {
+        const std::byte* from = in.data() + b * n;
+        std::byte* to = out.data() + b;
+        for (std::size_t i = 0; i < n; ++i)
+        {
+          to[i * elementSize] = from[i];
+        }
+      }
   }
   const std::size_t done = n * elementSize;
   std::copy(in.begin() + static_cast<std::ptrdiff_t>(done), in.end(),
@@ -278,7 +306,8 @@ Status ChunkDecoder::Decode(Bytes& raw, std::uint32_t filterMask, Bytes& out) co
     return Corrupt("it is stored in " + std::to_string(raw.size()) + " bytes, but decodes to " +
       std::to_string(this->ChunkBytes_));
   }
-  Bytes scratch;
+  thread_local ScratchBytes kept;
+  Bytes& scratch = kept.Bytes();
   Bytes* current = &raw;
   for (std::size_t i = this->Filters_.size(); i-- > 0;)
   {
@@ -339,6 +368,7 @@ Status ChunkDecoder::Decode(Bytes& raw, std::uint32_t filterMask, Bytes& out) co
   {
     out.swap(*current);
   }
+  kept.Trim();
   return {};
 }
 

@@ -7,6 +7,7 @@
 #include "HDF5File.h"
 #include "PyramidMetadata.h"
 #include "PyramidStatistics.h"
+#include "SpareBuffers.h"
 
 #include <algorithm>
 #include <cstring>
@@ -18,6 +19,10 @@ namespace teravox
 
 namespace
 {
+// Of the budget, what may wait for the next bricks.
+constexpr std::uint64_t SpareShare = 16;
+constexpr std::uint64_t LeastForSpare = std::uint64_t{ 16 } << 20;
+
 std::string Text(const Int3& v)
 {
   return std::to_string(v[0]) + " x " + std::to_string(v[1]) + " x " + std::to_string(v[2]);
@@ -40,6 +45,52 @@ struct Target
   }
 };
 
+/// Rows of voxels in two arrays: the first one, and bytes from row to row and slice to slice.
+struct Rows
+{
+  std::int64_t Count = 0;
+  std::int64_t Slices = 0;
+  std::ptrdiff_t FromRow = 0;
+  std::ptrdiff_t FromSlice = 0;
+  std::ptrdiff_t ToRow = 0;
+  std::ptrdiff_t ToSlice = 0;
+};
+
+// `Bytes` as a constant: a row is a few instructions, and not a call. 0: not known.
+template <std::size_t Bytes>
+void CopyRows(const Rows& rows, const std::byte* from, std::byte* to, std::size_t bytes)
+{
+  for (std::int64_t z = 0; z < rows.Slices; ++z)
+  {
+    const std::byte* a = from + z * rows.FromSlice;
+    std::byte* b = to + z * rows.ToSlice;
+    for (std::int64_t y = 0; y < rows.Count; ++y, a += rows.FromRow, b += rows.ToRow)
+    {
+      std::memcpy(b, a, Bytes == 0 ? bytes : Bytes);
+    }
+  }
+}
+
+// The usual rows: of a whole chunk, and of a border.
+void CopyRows(const Rows& rows, const std::byte* from, std::byte* to, std::size_t bytes)
+{
+  switch (bytes)
+  {
+    case 2:
+      return CopyRows<2>(rows, from, to, bytes);
+    case 4:
+      return CopyRows<4>(rows, from, to, bytes);
+    case 8:
+      return CopyRows<8>(rows, from, to, bytes);
+    case 64:
+      return CopyRows<64>(rows, from, to, bytes);
+    case 128:
+      return CopyRows<128>(rows, from, to, bytes);
+    default:
+      return CopyRows<0>(rows, from, to, bytes);
+  }
+}
+
 // Copies what a chunk has of the target; a chunk without voxels is the fill value.
 void CopyChunk(
   const Chunk& chunk, const Int3& chunkStart, const HDF5Dataset& dataset, const Target& target)
@@ -54,25 +105,49 @@ void CopyChunk(
   }
   const std::size_t bytes = target.VoxelBytes;
   const auto count = static_cast<std::size_t>(high[0] - low[0]);
+  if (!chunk.Voxels.empty())
+  {
+    const auto voxel = static_cast<std::ptrdiff_t>(bytes);
+    const std::int64_t first =
+      ((low[2] - chunkStart[2]) * size[1] + low[1] - chunkStart[1]) * size[0] + low[0] -
+      chunkStart[0];
+    const Rows rows{ high[1] - low[1], high[2] - low[2], size[0] * voxel, size[0] * size[1] * voxel,
+      target.StoredSize * voxel, target.StoredSize * target.StoredSize * voxel };
+    CopyRows(rows, chunk.Voxels.data() + first * voxel,
+      target.Row(low[1] - target.Start[1], low[2] - target.Start[2]) +
+        (low[0] - target.Start[0]) * voxel,
+      count * bytes);
+    return;
+  }
   for (std::int64_t z = low[2]; z < high[2]; ++z)
   {
     for (std::int64_t y = low[1]; y < high[1]; ++y)
     {
       std::byte* to = target.Row(y - target.Start[1], z - target.Start[2]) +
         static_cast<std::size_t>(low[0] - target.Start[0]) * bytes;
-      if (chunk.Voxels.empty())
+      for (std::size_t x = 0; x < count; ++x)
       {
-        for (std::size_t x = 0; x < count; ++x)
-        {
-          std::memcpy(to + x * bytes, dataset.Fill().data(), bytes);
-        }
-        continue;
+        std::memcpy(to + x * bytes, dataset.Fill().data(), bytes);
       }
-      const std::int64_t from =
-        ((z - chunkStart[2]) * size[1] + y - chunkStart[1]) * size[0] + low[0] - chunkStart[0];
-      std::memcpy(to, chunk.Voxels.data() + static_cast<std::size_t>(from) * bytes, count * bytes);
     }
   }
+}
+
+Status CopyRead(const Result<ChunkPointer>& read, const BrickKey& key, const Int3& chunk,
+  const HDF5Dataset& dataset, const Target& target)
+{
+  if (!read.Ok())
+  {
+    return { read.GetStatus().Code(),
+      "Can't read " + key.ToString() + ": " + read.GetStatus().Message() + "." };
+  }
+  Int3 start{};
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    start[a] = chunk[a] * dataset.ChunkSize()[a];
+  }
+  CopyChunk(*read.Value(), start, dataset, target);
+  return {};
 }
 
 // Repeats the outermost voxels inside the level over what lies outside.
@@ -126,8 +201,18 @@ class HDF5BrickSource::Internals
 {
 public:
   explicit Internals(std::uint64_t budget)
-    : Cache(budget)
+    : Cache(0)
   {
+    this->SetMemoryBudget(budget);
+  }
+
+  void SetMemoryBudget(std::uint64_t bytes)
+  {
+    // Small budgets need all of their memory for chunks.
+    const std::uint64_t spare =
+      bytes < LeastForSpare ? 0 : std::min(bytes / SpareShare, SpareBuffers::Largest);
+    this->Spare->SetLimit(spare);
+    this->Cache.SetBudget(bytes - spare);
   }
 
   Status Open(const std::string& fileName, const HDF5OpenOptions& options);
@@ -136,6 +221,8 @@ public:
   Status CheckKey(const BrickKey& key, int pageLevels) const;
 
   ChunkCache Cache;
+  /// Memory of bricks that were let go; the next ones are made in it.
+  const std::shared_ptr<SpareBuffers> Spare = std::make_shared<SpareBuffers>();
   VolumeInfo Volume;
   std::shared_ptr<HDF5File> File;
   std::vector<std::shared_ptr<HDF5Dataset>> Levels;
@@ -277,8 +364,12 @@ Status HDF5BrickSource::Internals::Gather(const BrickKey& key, Brick& brick)
     last[a] = CeilDiv(target.High[a], dataset.ChunkSize()[a]);
   }
   const auto edge = static_cast<std::size_t>(target.StoredSize);
-  brick.Voxels.resize(edge * edge * edge * target.VoxelBytes);
+  const std::size_t bytes = edge * edge * edge * target.VoxelBytes;
+  brick.Voxels = this->Spare->Take(bytes);
+  brick.Voxels.resize(bytes);
   target.Voxels = brick.Voxels.data();
+  // Chunks that other threads are decoding come last: meanwhile there is enough to do.
+  std::vector<Int3> busy;
   Int3 chunk{};
   for (chunk[2] = first[2]; chunk[2] < last[2]; ++chunk[2])
   {
@@ -286,20 +377,30 @@ Status HDF5BrickSource::Internals::Gather(const BrickKey& key, Brick& brick)
     {
       for (chunk[0] = first[0]; chunk[0] < last[0]; ++chunk[0])
       {
-        const Result<ChunkPointer> read = this->Cache.Get({ key.Level, chunk },
+        const auto read = this->Cache.TryGet({ key.Level, chunk },
           [&](const ChunkCache::Reserve& reserve) { return dataset.Read(chunk, reserve); });
-        if (!read.Ok())
+        if (!read)
         {
-          return { read.GetStatus().Code(),
-            "Can't read " + key.ToString() + ": " + read.GetStatus().Message() + "." };
+          busy.push_back(chunk);
+          continue;
         }
-        Int3 start{};
-        for (std::size_t a = 0; a < 3; ++a)
+        const Status status = CopyRead(*read, key, chunk, dataset, target);
+        if (!status.Ok())
         {
-          start[a] = chunk[a] * dataset.ChunkSize()[a];
+          return status;
         }
-        CopyChunk(*read.Value(), start, dataset, target);
       }
+    }
+  }
+  for (const Int3& other : busy)
+  {
+    const Status status =
+      CopyRead(this->Cache.Get({ key.Level, other },
+                 [&](const ChunkCache::Reserve& reserve) { return dataset.Read(other, reserve); }),
+        key, other, dataset, target);
+    if (!status.Ok())
+    {
+      return status;
     }
   }
   Clamp(target);
@@ -343,7 +444,13 @@ Result<BrickPointer> HDF5BrickSource::ReadBrick(const BrickKey& key)
   try
   {
     Status status = this->Self->CheckKey(key, 1);
-    auto brick = std::make_shared<Brick>();
+    const std::shared_ptr<SpareBuffers> spare = this->Self->Spare;
+    const std::shared_ptr<Brick> brick(new Brick,
+      [spare](Brick* old)
+      {
+        spare->Give(std::move(old->Voxels));
+        delete old;
+      });
     if (status.Ok())
     {
       brick->Type = this->Self->Volume.Type;
@@ -351,8 +458,7 @@ Result<BrickPointer> HDF5BrickSource::ReadBrick(const BrickKey& key)
       brick->StoredSize = this->Self->Volume.Layout.StoredSize();
       status = this->Self->Gather(key, *brick);
     }
-    return status.Ok() ? Result<BrickPointer>(BrickPointer(std::move(brick)))
-                       : Result<BrickPointer>(status);
+    return status.Ok() ? Result<BrickPointer>(BrickPointer(brick)) : Result<BrickPointer>(status);
   }
   catch (const std::exception& e)
   {
@@ -420,12 +526,12 @@ std::uint64_t HDF5BrickSource::BytesRead() const
 
 std::uint64_t HDF5BrickSource::MemoryUsed() const
 {
-  return this->Self->Cache.MemoryUsed();
+  return this->Self->Cache.MemoryUsed() + this->Self->Spare->MemoryUsed();
 }
 
 void HDF5BrickSource::SetMemoryBudget(std::uint64_t bytes)
 {
-  this->Self->Cache.SetBudget(bytes);
+  this->Self->SetMemoryBudget(bytes);
 }
 
 } // namespace teravox

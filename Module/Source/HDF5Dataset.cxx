@@ -4,6 +4,7 @@
 
 #include "HDF5Lock.h"
 #include "HDF5Types.h"
+#include "ScratchBytes.h"
 
 #include <algorithm>
 #include <array>
@@ -374,7 +375,12 @@ Result<ChunkPointer> HDF5Dataset::ReadDirect(
   {
     return this->Failure(status.Code(), index, "doesn't fit: " + status.Message());
   }
-  std::vector<std::byte> raw(static_cast<std::size_t>(stored));
+  const auto chunk = std::make_shared<Chunk>();
+  chunk->Voxels = reserve.TakeRoom();
+  // Without filters the voxels are read to where they stay.
+  thread_local ScratchBytes kept;
+  std::vector<std::byte>& raw = this->Shape.Filters.empty() ? chunk->Voxels : kept.Bytes();
+  raw.resize(static_cast<std::size_t>(stored));
   std::uint32_t mask = 0;
   bool partial = false;
   std::array<hsize_t, 4> offset{ 0, 0, 0, 0 };
@@ -401,8 +407,8 @@ Result<ChunkPointer> HDF5Dataset::ReadDirect(
   {
     mask = ~std::uint32_t{ 0 };
   }
-  const auto chunk = std::make_shared<Chunk>();
   status = this->Decoder.Decode(raw, mask, chunk->Voxels);
+  kept.Trim();
   if (!status.Ok())
   {
     return this->Failure(status.Code(), index, "doesn't decode: " + status.Message());

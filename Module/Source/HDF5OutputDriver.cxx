@@ -17,6 +17,8 @@ namespace teravox
 
 namespace
 {
+constexpr haddr_t WritebackStep = haddr_t{ 8 } << 20;
+
 /// HDF5 sees the first member only.
 struct OutputFile
 {
@@ -24,6 +26,7 @@ struct OutputFile
   int Descriptor = -1;
   haddr_t EndOfAddresses = 0;
   haddr_t EndOfFile = 0;
+  haddr_t Started = 0; // up to here the disk was told to begin
   HDF5OutputState* State = nullptr;
 };
 
@@ -129,6 +132,23 @@ herr_t ReadFile(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t si
   return 0;
 }
 
+/// Lets the disk begin with what is complete, while the next chunks are compressed: the fsync at
+/// the end would otherwise find all of the file still to be written.
+void StartWriteback(OutputFile& file)
+{
+#ifdef SYNC_FILE_RANGE_WRITE
+  if (file.EndOfFile >= file.Started + WritebackStep && file.State->Error == 0)
+  {
+    // A hint: what it can't do, fsync does.
+    static_cast<void>(::sync_file_range(file.Descriptor, static_cast<off_t>(file.Started),
+      static_cast<off_t>(file.EndOfFile - file.Started), SYNC_FILE_RANGE_WRITE));
+    file.Started = file.EndOfFile;
+  }
+#else
+  static_cast<void>(file);
+#endif
+}
+
 herr_t WriteFile(
   H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t size, const void* buffer)
 {
@@ -152,6 +172,7 @@ herr_t WriteFile(
     size -= static_cast<std::size_t>(n);
   }
   file.EndOfFile = std::max(file.EndOfFile, end);
+  StartWriteback(file);
   return 0;
 }
 

@@ -255,7 +255,9 @@ bool PyramidBuilder::IsFill(const Block& region)
 Status PyramidBuilder::Run(PyramidFileWriter& file)
 {
   this->File = &file;
-  this->Allocated(FixedMemory);
+  this->Workers.resize(static_cast<std::size_t>(this->Threads));
+  this->Allocated(
+    FixedMemory + this->ScratchPerThread() * static_cast<std::uint64_t>(this->Threads));
   const int top = this->Layout.NumberOfLevels() - 1;
   const Int3& roots = this->Layout.Bricks(top);
   Int3 index{};
@@ -421,24 +423,43 @@ Result<PyramidBuilder::Block> PyramidBuilder::ReadBlock(int level, const Int3& i
     return box;
   };
   block = shape(0);
-  Status status = this->FillBlock(block);
+  // A block that is handed on must have its voxels itself.
+  Status status = this->FillBlock(block, level > 0);
   for (int l = 0; l <= level && status.Ok(); ++l)
   {
     if (l > 0)
     {
       block = this->Coarser(l - 1, block, shape(l));
     }
-    status = this->StoreLevel(l, block, l == 0 ? block.Voxels.size() : 0);
+    status = this->StoreLevel(l, block, l == 0 ? this->Bytes(block.Size) : 0);
   }
   return status.Ok() ? Result<Block>(std::move(block)) : Result<Block>(status);
 }
 
-Status PyramidBuilder::FillBlock(Block& block)
+Status PyramidBuilder::FillBlock(Block& block, bool mayFind)
 {
+  double value = 0;
+  const bool constant = this->Reader.IsConstant(block.Start, block.Size, &value);
+  if (mayFind && !constant)
+  {
+    const void* found = nullptr;
+    try
+    {
+      found = this->Reader.FindBox(block.Start, block.Size);
+    }
+    catch (const std::exception&) // ReadBox() below says what is wrong
+    {
+    }
+    if (found)
+    {
+      block.Found = static_cast<const std::byte*>(found);
+      this->Counts.VoxelsRead += this->Bytes(block.Size) / this->Fill.size();
+      return {};
+    }
+  }
   block.Voxels.resize(this->Bytes(block.Size));
   this->Allocated(block.Voxels.size());
-  double value = 0;
-  if (this->Reader.IsConstant(block.Start, block.Size, &value))
+  if (constant)
   {
     FillWith(Voxel(this->Volume.Type, this->Volume.Components, value), block.Voxels.data(),
       block.Voxels.size() / this->Fill.size());
@@ -473,13 +494,14 @@ PyramidBuilder::Block PyramidBuilder::Coarser(int level, Block& fine, const Bloc
     {
       using T = decltype(example);
       const int components = this->Volume.Components;
-      DownsampleParallel<T>(BoxView<const T>::Dense(reinterpret_cast<const T*>(fine.Voxels.data()),
-                              fine.Size, components),
+      DownsampleParallel<T>(
+        BoxView<const T>::Dense(reinterpret_cast<const T*>(fine.Data()), fine.Size, components),
         ratio, method,
         BoxView<T>::Dense(reinterpret_cast<T*>(coarse.Voxels.data()), coarse.Size, components));
     });
   this->Released(fine.Voxels.size());
   std::vector<std::byte>().swap(fine.Voxels);
+  fine.Found = nullptr;
   return coarse;
 }
 
@@ -510,8 +532,7 @@ void PyramidBuilder::CopyChunk(
   {
     FillWith(this->Fill, out.data(), out.size() / this->Fill.size());
   }
-  CopyBox(block.Voxels.data(), block.Size, start, out.data(), size, { 0, 0, 0 }, count,
-    this->Fill.size());
+  CopyBox(block.Data(), block.Size, start, out.data(), size, { 0, 0, 0 }, count, this->Fill.size());
 }
 
 Status PyramidBuilder::StoreChunks(int level, const Block& block, std::uint64_t progressBytes)
@@ -535,13 +556,10 @@ Status PyramidBuilder::StoreChunks(int level, const Block& block, std::uint64_t 
     const std::int64_t end = std::min(n, begin + group);
     Status failure;
     std::uint64_t written = 0;
-    const std::uint64_t scratch =
-      this->ScratchPerThread() * static_cast<std::uint64_t>(this->Threads);
-    this->Allocated(scratch);
 #pragma omp parallel num_threads(this->Threads) reduction(+ : written)
     {
-      std::unique_ptr<ChunkEncoder> encoder;
-      std::vector<std::byte> raw;
+      Worker& worker = this->Workers[static_cast<std::size_t>(omp_get_thread_num())];
+      std::vector<std::byte>& raw = worker.Raw;
       ChunkEncoder::Encoded encoded;
       // Written in order, so that the same volume always gives the same file.
 #pragma omp for ordered schedule(dynamic, 1)
@@ -553,9 +571,9 @@ Status PyramidBuilder::StoreChunks(int level, const Block& block, std::uint64_t 
         Status status;
         try
         {
-          if (!encoder)
+          if (raw.size() != chunkBytes) // coarse levels have smaller ones
           {
-            encoder = std::make_unique<ChunkEncoder>(this->Options.Compression,
+            worker.Encoder = std::make_unique<ChunkEncoder>(this->Options.Compression,
               this->Options.CompressionLevel, chunkBytes, SizeOf(this->Volume.Type));
             raw.resize(chunkBytes);
           }
@@ -563,7 +581,7 @@ Status PyramidBuilder::StoreChunks(int level, const Block& block, std::uint64_t 
           store = !IsAll(raw, this->Fill);
           if (store)
           {
-            encoded = encoder->Encode(raw);
+            encoded = worker.Encoder->Encode(raw);
           }
         }
         catch (const std::exception& e)
@@ -581,7 +599,6 @@ Status PyramidBuilder::StoreChunks(int level, const Block& block, std::uint64_t 
         written += store ? 1 : 0;
       }
     }
-    this->Released(scratch);
     this->Counts.ChunksWritten += written;
     if (failure.Ok() && progressBytes > 0)
     {
@@ -602,16 +619,14 @@ Status PyramidBuilder::StoreChunks(int level, const Block& block, std::uint64_t 
 
 Status PyramidBuilder::StoreCells(int level, const Block& block)
 {
-  const PyramidCells cells =
-    PyramidCells::FromVoxels(this->Volume.Type, this->Volume.Components, block.Voxels.data(),
-      block.Start, block.Size, this->Layout.Dimensions(level), this->Spacing(level));
+  const PyramidCells cells = PyramidCells::FromVoxels(this->Volume.Type, this->Volume.Components,
+    block.Data(), block.Start, block.Size, this->Layout.Dimensions(level), this->Spacing(level));
   this->Allocated(cells.SizeInBytes());
   if (level == 0)
   {
     const ValueRange range = cells.TotalRange();
     this->Range_.Include(range);
-    this->Histogram_.Add(
-      block.Voxels.data(), block.Voxels.size() / SizeOf(this->Volume.Type), range);
+    this->Histogram_.Add(block.Data(), this->Bytes(block.Size) / SizeOf(this->Volume.Type), range);
   }
   Status status;
   if (!cells.IsFill(this->Fill.data()))

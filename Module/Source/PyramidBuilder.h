@@ -51,6 +51,15 @@ private:
     Int3 Start{ 0, 0, 0 };
     Int3 Size{ 0, 0, 0 };
     std::vector<std::byte> Voxels;
+    const std::byte* Found = nullptr; // the voxels, where the reader has them itself
+
+    const std::byte* Data() const { return this->Found ? this->Found : this->Voxels.data(); }
+  };
+  /// What compresses chunks in one thread, kept from chunk to chunk.
+  struct Worker
+  {
+    std::unique_ptr<ChunkEncoder> Encoder;
+    std::vector<std::byte> Raw;
   };
   struct CellBox
   {
@@ -72,7 +81,7 @@ private:
   Result<Block> BuildNode(int level, const Int3& index);
   Result<Block> GatherNode(int level, const Int3& index);
   Result<Block> ReadBlock(int level, const Int3& index);
-  Status FillBlock(Block& block);
+  Status FillBlock(Block& block, bool mayFind);
   /// The next level of `fine`, whose voxels are freed.
   Block Coarser(int level, Block& fine, const Block& shape);
   Status StoreLevel(int level, const Block& block, std::uint64_t progressBytes);
@@ -100,6 +109,7 @@ private:
   ValueRange Range_ = ValueRange::Void();
   int BlockLevel = 0;
   int Threads = 1;
+  std::vector<Worker> Workers; // one per thread
   PyramidWriterReport Counts;
   std::uint64_t Total = 0;
   std::uint64_t Done = 0;

@@ -126,6 +126,7 @@ void PyramidHistogram::Add(const void* values, std::size_t count, const ValueRan
       }
       this->Widen(finite.Min, finite.Max);
       const auto n = static_cast<std::int64_t>(count);
+      const int low = this->Exact ? static_cast<int>(this->Low) : 0;
       // Allocated here: nothing may be thrown inside the parallel region.
       std::vector<std::vector<std::uint64_t>> locals(
         static_cast<std::size_t>(omp_get_max_threads()), std::vector<std::uint64_t>(FineBins, 0));
@@ -135,7 +136,11 @@ void PyramidHistogram::Add(const void* values, std::size_t count, const ValueRan
 #pragma omp for schedule(static)
         for (std::int64_t i = 0; i < n; ++i)
         {
-          if (IsFinite(v[i]))
+          if constexpr (sizeof(T) <= 2)
+          {
+            ++local[static_cast<std::size_t>(v[i] - low)];
+          }
+          else if (IsFinite(v[i]))
           {
             ++local[this->Index(static_cast<double>(v[i]))];
           }

@@ -48,6 +48,15 @@ public:
   /// each voxel once.
   virtual Status ReadBox(const Int3& start, const Int3& size, void* out) = 0;
 
+  /// Where the box lies in memory, in the order in which ReadBox() writes it, until the next call
+  /// of the reader: spares a copy of voxels that are there anyway. Null: only ReadBox() has them.
+  virtual const void* FindBox(const Int3& start, const Int3& size)
+  {
+    static_cast<void>(start);
+    static_cast<void>(size);
+    return nullptr;
+  }
+
   /// True if all voxels (and components) of the box are known to be one value without reading them;
   /// `value` then receives it. Must be cheap; lets a sparse giant be converted in seconds.
   virtual bool IsConstant(const Int3& start, const Int3& size, double* value)

@@ -293,7 +293,13 @@ Status PipelineVoxelReader::ReadBox(const Int3& start, const Int3& size, void* o
   return {};
 }
 
-Status PipelineVoxelReader::ReadPiece(const Int3& start, const Int3& size, std::byte* out)
+std::size_t PipelineVoxelReader::VoxelBytes() const
+{
+  return SizeOf(this->Volume.Type) * static_cast<std::size_t>(this->Volume.Components);
+}
+
+Result<PipelineVoxelReader::Piece> PipelineVoxelReader::UpdatePiece(
+  const Int3& start, const Int3& size)
 {
   const int more = this->Volume.CellData ? 0 : 1;
   std::array<int, 6> extent{};
@@ -317,13 +323,13 @@ Status PipelineVoxelReader::ReadPiece(const Int3& start, const Int3& size, std::
   if (array->GetDataType() != ToVTK(this->Volume.Type) &&
     FromVTK(array->GetDataType()) != this->Volume.Type)
   {
-    return { StatusCode::Corrupt, "The input changed its scalar type between two boxes." };
+    return Status(StatusCode::Corrupt, "The input changed its scalar type between two boxes.");
   }
   if (array->GetNumberOfComponents() != this->Volume.Components ||
     this->Volume.CellData != cellsBefore || !array->HasStandardMemoryLayout())
   {
-    return { StatusCode::Unsupported,
-      "The input changed its array between two boxes, or holds it in a layout of its own." };
+    return Status(StatusCode::Unsupported,
+      "The input changed its array between two boxes, or holds it in a layout of its own.");
   }
   const int* has = image.Value()->GetExtent();
   Int3 dims{};
@@ -331,24 +337,46 @@ Status PipelineVoxelReader::ReadPiece(const Int3& start, const Int3& size, std::
   {
     dims[a] = std::int64_t{ has[2 * a + 1] } - has[2 * a] + more;
   }
-  const std::size_t voxelBytes =
-    SizeOf(this->Volume.Type) * static_cast<std::size_t>(this->Volume.Components);
-  const auto rowBytes = static_cast<std::size_t>(size[0]) * voxelBytes;
-  const auto* from = static_cast<const std::byte*>(array->GetVoidPointer(0));
+  const std::int64_t first =
+    ((extent[4] - has[4]) * dims[1] + (extent[2] - has[2])) * dims[0] + extent[0] - has[0];
+  return Piece{ image.Value(),
+    static_cast<const std::byte*>(array->GetVoidPointer(0)) +
+      static_cast<std::size_t>(first) * this->VoxelBytes(),
+    dims[0], dims[0] * dims[1] };
+}
+
+const void* PipelineVoxelReader::FindBox(const Int3& start, const Int3& size)
+{
+  if (!this->Whole)
+  {
+    return nullptr;
+  }
+  const auto piece = this->UpdatePiece(start, size);
+  const bool dense = piece.Ok() && piece.Value().Row == size[0] &&
+    (piece.Value().Slice == size[0] * size[1] || size[2] == 1);
+  return dense ? piece.Value().First : nullptr; // ReadBox() says what is wrong
+}
+
+Status PipelineVoxelReader::ReadPiece(const Int3& start, const Int3& size, std::byte* out)
+{
+  const auto piece = this->UpdatePiece(start, size);
+  if (!piece.Ok())
+  {
+    return piece.GetStatus();
+  }
+  const auto rowBytes = static_cast<std::size_t>(size[0]) * this->VoxelBytes();
   std::byte* to = out;
   for (std::int64_t z = 0; z < size[2]; ++z)
   {
     for (std::int64_t y = 0; y < size[1]; ++y, to += rowBytes)
     {
-      const std::int64_t voxel =
-        ((extent[4] - has[4] + z) * dims[1] + (extent[2] - has[2] + y)) * dims[0] + extent[0] -
-        has[0];
-      std::memcpy(to, from + static_cast<std::size_t>(voxel) * voxelBytes, rowBytes);
+      const auto voxel = static_cast<std::size_t>(z * piece.Value().Slice + y * piece.Value().Row);
+      std::memcpy(to, piece.Value().First + voxel * this->VoxelBytes(), rowBytes);
     }
   }
   if (!this->Whole)
   {
-    image.Value()->ReleaseData(); // the next box shall not find room taken by this one
+    piece.Value().Image->ReleaseData(); // the next box shall not find room taken by this one
   }
   return {};
 }

@@ -42,6 +42,8 @@ public:
 
   Description Describe() const override { return this->Volume; }
   Status ReadBox(const Int3& start, const Int3& size, void* out) override;
+  /// Whole slices of an image that is held as a whole.
+  const void* FindBox(const Int3& start, const Int3& size) override;
 
   /// Bytes of the image that are held throughout; 0 if it streams or belongs to the user.
   std::uint64_t HeldBytes() const { return this->Held; }
@@ -55,6 +57,17 @@ private:
   /// Updates the pipeline for an extent of points; the image then contains it.
   Result<vtkImageData*> UpdateExtent(const std::array<int, 6>& extent);
   Result<vtkDataArray*> FindArray(vtkImageData* image);
+  /// Voxels of a piece where the pipeline has them: the first one, and from row to row, slice to
+  /// slice in voxels.
+  struct Piece
+  {
+    vtkImageData* Image = nullptr;
+    const std::byte* First = nullptr;
+    std::int64_t Row = 0;
+    std::int64_t Slice = 0;
+  };
+  Result<Piece> UpdatePiece(const Int3& start, const Int3& size);
+  std::size_t VoxelBytes() const;
   Status ReadPiece(const Int3& start, const Int3& size, std::byte* out);
 
   vtkSmartPointer<vtkAlgorithm> Producer;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ChunkCache.h"
+#include "SpareBuffers.h"
 
 #include <atomic>
 #include <gtest/gtest.h>
@@ -123,6 +124,83 @@ TEST(ChunkCache, ReadsAChunkOnceForManyThreads)
     thread.join();
   }
   EXPECT_EQ(loads, 1);
+}
+
+TEST(ChunkCache, TriesWithoutWaiting)
+{
+  ChunkCache cache(1 << 20);
+  int loads = 0;
+  const ChunkKey key{ 0, { 1, 1, 1 } };
+  const auto outer = cache.TryGet(key,
+    [&](const ChunkCache::Reserve& reserve) -> Result<ChunkPointer>
+    {
+      // Another thread would see the same: the chunk is on its way, other chunks aren't.
+      EXPECT_FALSE(cache.TryGet(key, Make(100, loads)).has_value());
+      EXPECT_EQ(loads, 0);
+      const Status status = reserve(100, 100);
+      EXPECT_TRUE(status.Ok());
+      const auto made = std::make_shared<Chunk>();
+      made->Voxels.resize(100);
+      return ChunkPointer(made);
+    });
+  ASSERT_TRUE(outer.has_value());
+  EXPECT_TRUE(outer->Ok());
+  const auto again = cache.TryGet(key, Make(100, loads));
+  ASSERT_TRUE(again.has_value());
+  EXPECT_EQ(again->Value(), outer->Value());
+  EXPECT_EQ(loads, 0);
+}
+
+TEST(ChunkCache, HandsOnTheMemoryOfWhatItDrops)
+{
+  ChunkCache cache(2 * (1000 + 256) + 500);
+  std::vector<const std::byte*> places;
+  std::vector<std::size_t> rooms;
+  const auto load = [&](std::size_t bytes)
+  {
+    return [&, bytes](const ChunkCache::Reserve& reserve) -> Result<ChunkPointer>
+    {
+      const Status status = reserve(bytes, bytes);
+      EXPECT_TRUE(status.Ok());
+      const auto made = std::make_shared<Chunk>();
+      made->Voxels = reserve.TakeRoom();
+      rooms.push_back(made->Voxels.size());
+      made->Voxels.resize(bytes);
+      places.push_back(made->Voxels.data());
+      return ChunkPointer(made);
+    };
+  };
+  EXPECT_TRUE(cache.Get({ 0, { 0, 0, 0 } }, load(1000)).Ok());
+  Result<ChunkPointer> held = cache.Get({ 0, { 1, 0, 0 } }, load(1000));
+  ASSERT_TRUE(held.Ok());
+  EXPECT_TRUE(cache.Get({ 0, { 2, 0, 0 } }, load(1000)).Ok()); // drops 0, which nobody holds
+  EXPECT_EQ(rooms, (std::vector<std::size_t>{ 0, 0, 1000 }));
+  EXPECT_EQ(places[2], places[0]);
+  EXPECT_EQ(held.Value()->Voxels.size(), 1000u); // still whole
+  held = ChunkPointer();
+  EXPECT_TRUE(cache.Get({ 0, { 3, 0, 0 } }, load(900)).Ok()); // drops 1, of another size
+  EXPECT_EQ(rooms.back(), 0u);
+  EXPECT_LE(cache.MemoryUsed(), cache.Budget());
+}
+
+TEST(SpareBuffers, KeepTheNewestWithinTheirLimit)
+{
+  SpareBuffers spare;
+  spare.Give(SpareBuffers::Buffer(100));
+  EXPECT_EQ(spare.MemoryUsed(), 0u); // no limit was set
+  spare.SetLimit(250);
+  for (const std::size_t bytes : { 100, 101, 102 })
+  {
+    spare.Give(SpareBuffers::Buffer(bytes));
+  }
+  EXPECT_EQ(spare.MemoryUsed(), 203u);
+  EXPECT_TRUE(spare.Take(100).empty());
+  EXPECT_EQ(spare.Take(102).size(), 102u);
+  EXPECT_TRUE(spare.Take(102).empty());
+  spare.Give(SpareBuffers::Buffer(1000));
+  EXPECT_EQ(spare.MemoryUsed(), 101u);
+  spare.SetLimit(0);
+  EXPECT_EQ(spare.MemoryUsed(), 0u);
 }
 
 TEST(ChunkCache, HoldsItsBudgetUnderRandomLoad)

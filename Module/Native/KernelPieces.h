@@ -441,10 +441,13 @@ TERAVOX_INLINE Floats TurningPoint(const Cubic& c)
   const Floats three = 3.0f * c.D;
   const Floats end = c.B + (2.0f * c.C + three);
   const Ints crosses = (c.B > 0.0f) != (end > 0.0f);
-  // The root at which the slope changes its sign as it does from 0 to 1.
+  // The root at which the slope changes its sign as it does from 0 to 1, by the quotient in which
+  // nothing cancels.
   const Floats discriminant = c.C * c.C - three * c.B;
   const Floats root = SquareRoot(Max(discriminant, Floats{}));
-  const Floats u = c.B / (Select(c.B > 0.0f, root, -root) - c.C);
+  const Floats signedRoot = Select(c.B > 0.0f, root, -root);
+  const Ints alike = (c.B > 0.0f) == (c.C > 0.0f);
+  const Floats u = Select(alike, -c.C - signedRoot, c.B) / Select(alike, three, signedRoot - c.C);
   Floats turn = Select(crosses & (u > 0.0f) & (u < 1.0f), u, Splat(1.0f));
   // One that turns twice is cut in between, where it is steepest.
   const Ints twice = (discriminant > 0.0f) & (c.B * c.D > 0.0f) & (c.C * c.D < 0.0f) &

@@ -39,9 +39,11 @@ float TurningPoint(vec4 c)
       discriminant > 0.0 && c.y * c.w > 0.0 && c.z * c.w < 0.0 && abs(c.z) < abs(three);
     return twice ? -c.z / three : 2.0;
   }
-  // The root at which the slope changes its sign as it does from 0 to 1.
+  // The root at which the slope changes its sign as it does from 0 to 1, by the quotient in which
+  // nothing cancels.
   float root = sqrt(max(discriminant, 0.0));
-  float u = c.y / ((c.y > 0.0 ? root : -root) - c.z);
+  root = c.y > 0.0 ? root : -root;
+  float u = (c.y > 0.0) == (c.z > 0.0) ? (-c.z - root) / three : c.y / (root - c.z);
   return u > 0.0 && u < 1.0 ? u : 2.0;
 }
 

@@ -507,7 +507,7 @@ TEST(NativeKernel, TurningPoint)
         // As exact as floats can tell the slope from 0.
         const double bend =
           std::abs(2 * static_cast<double>(c[2][l]) + 6 * low * static_cast<double>(c[3][l]));
-        ASSERT_NEAR(u[l], low, 2e-5 + 2e-5 / std::max(bend, 1e-6)) << set.Name;
+        ASSERT_NEAR(u[l], low, 1e-6 + 2e-6 / std::max(bend, 1e-6)) << set.Name;
       }
     }
     EXPECT_GT(turned, 50000);

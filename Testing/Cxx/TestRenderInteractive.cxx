@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Frames that must be fast: the tolerance is loosened until they are, and tightened again.
+#include "Scene.h"
+#include "vtkOutOfCoreVolumeMapper.h"
+
+#include <gtest/gtest.h>
+#include <random>
+#include <vtkImageData.h>
+#include <vtkRenderWindow.h>
+
+using namespace teravox;
+using namespace teravox::test;
+
+namespace
+{
+
+// Something that takes more pieces the smaller the tolerance is.
+vtkSmartPointer<vtkImageData> MakeNoise()
+{
+  ImageOptions options;
+  options.Dimensions = { 48, 48, 48 };
+  std::mt19937 random(11);
+  return MakeImage(options,
+    [&random](double, double, double) { return static_cast<double>(random()) / 4294967296.0; });
+}
+
+double LargestEstimate(Stage& stage)
+{
+  vtkNew<vtkImageData> image;
+  EXPECT_TRUE(stage.Mapper->GetErrorEstimateImage(image));
+  return image->GetScalarRange()[1];
+}
+
+} // namespace
+
+// Nothing here depends on how fast the machine is: no frame is done in a nanosecond, and any is in
+// a day.
+TEST(Interactive, ToleranceIsLoosenedAndTightened)
+{
+  Stage stage(64, 64);
+  stage.SetImage(MakeNoise());
+  stage.SetTransfer(MakeTransfer(OpacityShape::Fog));
+  stage.Look({ 1, 0.4, 0.3 });
+  stage.Mapper->SetImageErrorTolerance(0.25 / 255);
+  stage.Mapper->ErrorEstimateOn();
+  const std::vector<float> exact = stage.Draw();
+  ASSERT_TRUE(stage.Mapper->IsConverged());
+  const double tight = LargestEstimate(stage);
+  EXPECT_LT(tight, 0.02);
+
+  stage.Mapper->SetFrameTimeBudget(1e-9);
+  double looser = 0;
+  for (int i = 0; i < 8; ++i)
+  {
+    stage.Window->Render();
+    if (i > 0) // the first one is as exact as the picture before
+    {
+      EXPECT_FALSE(stage.Mapper->IsConverged()) << i;
+    }
+    const double estimate = LargestEstimate(stage);
+    EXPECT_GE(estimate, looser) << i;
+    looser = estimate;
+  }
+  const std::vector<float> fast = stage.Accumulator();
+  EXPECT_FALSE(AreImagesIdentical(fast, exact));
+  EXPECT_GT(looser, 2 * tight);
+  // Looser isn't wrong: the estimate tells by how much.
+  EXPECT_LE(CompareImages(fast, exact).Max, looser + tight);
+
+  stage.Mapper->SetFrameTimeBudget(1e5);
+  int frames = 0;
+  double before = looser;
+  while (!stage.Mapper->IsConverged() && frames < 20)
+  {
+    stage.Window->Render();
+    const double estimate = LargestEstimate(stage);
+    EXPECT_LE(estimate, before) << frames;
+    before = estimate;
+    ++frames;
+  }
+  EXPECT_TRUE(stage.Mapper->IsConverged());
+  EXPECT_GT(frames, 3) << "tightened step by step";
+  EXPECT_TRUE(AreImagesIdentical(stage.Accumulator(), exact));
+}

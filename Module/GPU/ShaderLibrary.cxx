@@ -103,7 +103,7 @@ unsigned ShaderVariant::Key() const
   {
     key |= this->*Features[i].Member ? 1u << i : 0u;
   }
-  return key;
+  return key | static_cast<unsigned>(this->Blend) << Features.size();
 }
 
 std::string ShaderVariant::Defines() const
@@ -113,7 +113,7 @@ std::string ShaderVariant::Defines() const
   {
     text += std::string("#define ") + feature.Name + (this->*feature.Member ? " 1\n" : " 0\n");
   }
-  return text;
+  return text + "#define TERAVOX_BLEND " + std::to_string(static_cast<int>(this->Blend)) + "\n";
 }
 
 std::vector<ShaderVariant> ShaderVariant::All()
@@ -134,6 +134,20 @@ std::vector<ShaderVariant> ShaderVariant::All()
       continue;
     }
     all.push_back(variant);
+    // Other blend modes have no steps, and no debug picture; of them isosurfaces are lit.
+    if (variant.FixedStep || variant.ShowLevel)
+    {
+      continue;
+    }
+    for (const BlendKind kind : { BlendKind::Maximum, BlendKind::Minimum, BlendKind::Average,
+           BlendKind::Additive, BlendKind::Isosurface, BlendKind::Slice })
+    {
+      variant.Blend = kind;
+      if (!variant.Shade || kind == BlendKind::Isosurface)
+      {
+        all.push_back(variant);
+      }
+    }
   }
   return all;
 }

@@ -12,7 +12,11 @@ uniform vec3 u_boxHigh;
 uniform vec2 u_nearFar;       // view depths
 uniform vec4 u_depthToView;   // view depth = (x + y * d) / (z + w * d), d = window depth in 0..1
 uniform int u_hasDepth;
+uniform int u_hasSlice; // positions hold, as floats, the depth at which a ray meets the slice
 layout(binding = 0) uniform sampler2D u_depth; // of this viewport only
+
+const float SLICE_REACH = 1.0e-3;   // voxels
+const float SLICE_LENGTH = 2.4e-7; // share of its depth
 
 layout(location = 0) out vec4 f_intervals;
 
@@ -30,6 +34,16 @@ void main()
     {
       last = min(last, (u_depthToView.x + u_depthToView.y * d) / (u_depthToView.z + u_depthToView.w * d));
     }
+  }
+  if (u_hasSlice != 0)
+  {
+    // An interval that is as short as floats allow. Faces of the volume count, whatever side of
+    // them rounding puts the slice on.
+    float at = intBitsToFloat(texelFetch(u_positionBefore, ivec2(gl_FragCoord.xy), 0).r);
+    float near = SLICE_REACH / length(ray.direction);
+    bool met = first < last && at >= first - near && at <= last + near;
+    first = max(min(at, last - abs(last) * SLICE_LENGTH), first);
+    last = met ? min(last, first + max(abs(first) * SLICE_LENGTH, 1.0e-30)) : -3.0e38;
   }
   f_intervals = first < last ? vec4(first, last, 0.0, 0.0) : vec4(0.0);
 }

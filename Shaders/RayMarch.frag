@@ -9,11 +9,24 @@
 #include "Library/Ray.glsl"
 #include "Library/Transfer.glsl"
 #include "Library/Atlas.glsl"
-#include "Library/PageWalk.glsl"
-#include "Library/Ancestor.glsl"
 #include "Library/Shade.glsl"
 #include "Library/Segments.glsl"
-#if TERAVOX_NEAREST
+#if TERAVOX_BLEND
+#include "Library/Projection.glsl"
+#endif
+#include "Library/PageWalk.glsl"
+#include "Library/Ancestor.glsl"
+// What several of those below need: a file is included once.
+#if !TERAVOX_NEAREST && !TERAVOX_FIXED_STEP
+#include "Library/CellWalk.glsl"
+#endif
+#include "Library/Surfaces.glsl"
+#include "Library/Sums.glsl"
+#if TERAVOX_BLEND && TERAVOX_NEAREST
+#include "Library/ProjectVoxels.glsl"
+#elif TERAVOX_BLEND
+#include "Library/ProjectCells.glsl"
+#elif TERAVOX_NEAREST
 #include "Library/MarchNearest.glsl"
 #elif TERAVOX_FIXED_STEP
 #include "Library/MarchFixed.glsl"
@@ -45,6 +58,9 @@ void main()
   state.towardsLight = vec3(0.0, 0.0, 1.0);
 #if TERAVOX_SHADE
   state.towardsLight = TowardsLight(ray, intervals.x);
+#endif
+#if TERAVOX_BLEND
+  LoadProjection(accumulated, position.w, intervals.x < intervals.y || intervals.z < intervals.w);
 #endif
   state.steps = 0u;
   state.samples = 0u;
@@ -178,7 +194,11 @@ void main()
         }
         else if (found.kind == FOUND_SINGLE)
         {
+#if TERAVOX_BLEND
+          ProjectConstant(state, ray, TransferPosition(found.low, found.high), t0, t1);
+#else
           IntegrateConstant(state, ray, TransferPosition(found.low, found.high), t0, t1);
+#endif
         }
 #if TERAVOX_ESTIMATE
         if (substituted && !waiting && t1 > t0)
@@ -228,6 +248,11 @@ void main()
   atomicAdd(b_feedback[FEEDBACK_SAMPLES], state.samples);
   atomicAdd(b_feedback[FEEDBACK_CONTRIBUTING], state.contributing);
 #endif
+  int side = 0;
+#if TERAVOX_BLEND
+  state.color = StoreProjection(state.color);
+  side = (g_side + 1) << 20;
+#endif
   imageStore(u_colorState, pixel, vec4(state.color, state.transmittance));
 #if TERAVOX_ESTIMATE
   imageStore(u_errorState, pixel, vec4(state.error));
@@ -236,5 +261,5 @@ void main()
   {
     status = enter ? STATUS_NEW : locate ? STATUS_LOCATE : STATUS_RUNNING;
   }
-  imageStore(u_positionState, pixel, ivec4(ivec3(brick), level | (interval << 8) | (status << 16)));
+  imageStore(u_positionState, pixel, ivec4(ivec3(brick), level | (interval << 8) | (status << 16) | side));
 }

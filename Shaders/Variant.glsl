@@ -35,3 +35,12 @@
 #ifndef TERAVOX_SUBSTITUTE
 #define TERAVOX_SUBSTITUTE 1 // some bricks can't be read: draw their finest readable ancestor
 #endif
+#ifndef TERAVOX_BLEND
+#define TERAVOX_BLEND 0 // what a ray makes of the field; 0: composite blending
+#endif
+#define BLEND_MAXIMUM 1
+#define BLEND_MINIMUM 2
+#define BLEND_AVERAGE 3
+#define BLEND_ADDITIVE 4
+#define BLEND_ISOSURFACE 5
+#define BLEND_SLICE 6

@@ -3,10 +3,24 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace teravox
 {
+
+/// What a ray makes of the field that it meets. The numbers are those of TERAVOX_BLEND in
+/// Shaders/Variant.glsl.
+enum class BlendKind : int
+{
+  Composite = 0,
+  Maximum = 1,
+  Minimum = 2,
+  Average = 3,
+  Additive = 4,
+  Isosurface = 5,
+  Slice = 6
+};
 
 /// What both marchers need to know of a picture: the uniform block of
 /// Shaders/Library/Bindings.glsl, std140: vectors of four only. Each member is described there.
@@ -35,6 +49,10 @@ struct MarchParameters
   std::array<Vec, 3> Normal{};
   std::array<Vec, 3> Dataset{};
   Vec Eye{};
+  static constexpr std::size_t MaximumIsoValues = 256;
+  Vec Projection{};
+  std::array<Vec, MaximumIsoValues / 4> IsoValues{};
+  std::array<Vec, MaximumIsoValues> IsoColors{};
 };
 
 /// Where the rays of a picture may run.

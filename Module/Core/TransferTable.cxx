@@ -140,7 +140,8 @@ TransferTable BuildTransferTable(
       table.Colors[i][c] =
         static_cast<std::uint32_t>(std::lround(std::clamp(color[c], 0.0, 1.0) * 65535));
     }
-    s[i] = opacity >= 1
+    s[i] = function.Response ? function.Response(value, opacity)
+      : opacity >= 1
       ? table.WallExtinction
       : std::min(-std::log1p(-opacity) / function.UnitDistance, table.WallExtinction);
     s[i] = static_cast<double>(static_cast<float>(s[i])); // as the table stores it

@@ -21,6 +21,9 @@ struct TransferFunction
   double UnitDistance = 1;                    ///< world length to which Opacity refers, > 0
   /// Beyond the first and the last knot, what is there goes on; else the function may jump there.
   bool IsConstantBeyond = true;
+  /// What the table holds in the place of the extinction, of a value and its opacity; at least 0.
+  /// Null: the extinction.
+  std::function<double(double value, double opacity)> Response;
 };
 
 /// The transfer function as the marcher samples it: extinction s and colour, linear between

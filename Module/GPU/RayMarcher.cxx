@@ -12,8 +12,10 @@
 namespace teravox
 {
 
-static_assert(sizeof(MarchParameters) == 16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1),
+static_assert(sizeof(MarchParameters) == 16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1 + 1 + 64 + 256),
   "the uniform block of Shaders/Library/Bindings.glsl has no padding");
+
+static_assert(shared::MAXIMUM_ISO_VALUES == MarchParameters::MaximumIsoValues);
 
 Result<std::unique_ptr<RayMarcher>> RayMarcher::Make(GPUMemory& memory)
 {
@@ -153,14 +155,18 @@ void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
   }
 }
 
-Status RayMarcher::Begin(
-  ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals)
+Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
+  const IntervalParameters& intervals, const std::vector<float>& slice)
 {
   view.ActiveTiles = TilesOf(intervals.Rectangle);
   if (view.IsNative())
   {
     view.Native.Clear();
     this->Intervals = intervals;
+    if (!slice.empty())
+    {
+      view.Native.SetSlice(slice, intervals);
+    }
     return {};
   }
   Result<const GLProgram*> program = this->Program("FullScreen.vert", "Intervals.frag", {});
@@ -178,6 +184,14 @@ Status RayMarcher::Begin(
   glUniform2f(p.Uniform("u_nearFar"), intervals.Near, intervals.Far);
   glUniform4fv(p.Uniform("u_depthToView"), 1, intervals.DepthToView.data());
   glUniform1i(p.Uniform("u_hasDepth"), intervals.HasDepth ? 1 : 0);
+  glUniform1i(p.Uniform("u_hasSlice"), slice.empty() ? 0 : 1);
+  view.Position.Bind(8);
+  if (!slice.empty())
+  {
+    // Until positions are cleared, their place holds the slice.
+    glTexSubImage2D(
+      GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_RED_INTEGER, GL_INT, slice.data());
+  }
   view.Depth.Bind(0);
   glBindFramebuffer(GL_FRAMEBUFFER, view.IntervalTarget.Id());
   glBindVertexArray(this->Vertices.Id());
@@ -209,6 +223,7 @@ PassResult RayMarcher::DrawNativePass(ViewState& view, const BrickAtlas& atlas,
   scene.Shade = variant.Shade;
   scene.Interactive = variant.Interactive;
   scene.ShowLevel = variant.ShowLevel;
+  scene.Blend = variant.Blend;
   return this->Native.DrawPass(
     scene, atlas.Plan().Slots, atlas.Plan().PageBlocks, view.ActiveTiles);
 }
@@ -327,6 +342,41 @@ void RayMarcher::ReadFeedback(ViewState& view, const AtlasPlan& plan, PassResult
       view.ActiveTiles.push_back((t % columns) | (t / columns) << 16);
     }
   }
+}
+
+Status RayMarcher::Resolve(ViewState& view, const MarchParameters& parameters, BlendKind blend)
+{
+  if (view.IsNative())
+  {
+    NativeScene scene;
+    scene.Parameters = &parameters;
+    scene.Blend = blend;
+    SetTables(scene, *this->Table, this->TableVersion);
+    SetView(scene, view.Native, view.Width(), view.Height());
+    ChooseNativeResolver()(scene);
+    return {};
+  }
+  Result<const GLProgram*> program = this->Program("FullScreen.vert", "Resolve.frag", {});
+  if (!program)
+  {
+    return program.GetStatus();
+  }
+  this->Uniforms.Write(0, sizeof(parameters), &parameters);
+  const GLProgram& p = *program.Value();
+  glUseProgram(p.Id());
+  glUniform1i(p.Uniform("u_blend"), static_cast<GLint>(blend));
+  glBindFramebuffer(GL_FRAMEBUFFER, view.EmptyTarget.Id());
+  glViewport(0, 0, view.Width(), view.Height());
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, this->Uniforms.Id());
+  glBindImageTexture(0, view.Color.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32F);
+  this->TransferTexture.Bind(1);
+  this->ColorTexture.Bind(5);
+  view.Color.Bind(7);
+  glBindVertexArray(this->Vertices.Id());
+  glMemoryBarrier(GL_ALL_BARRIER_BITS);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glMemoryBarrier(GL_ALL_BARRIER_BITS);
+  return {};
 }
 
 Status RayMarcher::Compose(ViewState& view, GLuint framebuffer, int x, int y)

@@ -33,11 +33,16 @@ public:
 
   /// Copies the depth of the frame buffer that is bound for drawing, resolving samples.
   void CopyDepth(ViewState& view, GLuint framebuffer, int x, int y);
-  /// Begins a picture: intervals, cleared accumulators, all tiles active.
-  Status Begin(ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals);
+  /// Begins a picture: intervals, cleared accumulators, all tiles active. `slice`: per pixel the
+  /// depth along its ray at which it meets the slice to be drawn, NaN if it doesn't; empty for
+  /// blend modes without one.
+  Status Begin(ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals,
+    const std::vector<float>& slice = {});
   /// One pass over the active tiles.
   Result<PassResult> DrawPass(ViewState& view, const BrickAtlas& atlas, const PageTable& table,
     MarchParameters& parameters, const ShaderVariant& variant);
+  /// Turns what rays gathered in a blend mode other than composite into colours.
+  Status Resolve(ViewState& view, const MarchParameters& parameters, BlendKind blend);
   /// Blends the accumulators into a frame buffer at a place in pixels.
   Status Compose(ViewState& view, GLuint framebuffer, int x, int y);
 

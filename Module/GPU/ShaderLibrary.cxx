@@ -104,7 +104,7 @@ unsigned ShaderVariant::Key() const
   {
     key |= this->*Features[i].Member ? 1u << i : 0u;
   }
-  return key;
+  return key | static_cast<unsigned>(this->Blend) << Features.size();
 }
 
 std::string ShaderVariant::Defines() const
@@ -114,7 +114,7 @@ std::string ShaderVariant::Defines() const
   {
     text += std::string("#define ") + feature.Name + (this->*feature.Member ? " 1\n" : " 0\n");
   }
-  return text;
+  return text + "#define TERAVOX_BLEND " + std::to_string(static_cast<int>(this->Blend)) + "\n";
 }
 
 std::vector<ShaderVariant> ShaderVariant::All()
@@ -135,6 +135,21 @@ std::vector<ShaderVariant> ShaderVariant::All()
       continue;
     }
     all.push_back(variant);
+    // Other blend modes have no steps, no debug picture and no estimate; of them isosurfaces are
+    // lit.
+    if (variant.FixedStep || variant.ShowLevel || variant.Estimate)
+    {
+      continue;
+    }
+    for (const BlendKind kind : { BlendKind::Maximum, BlendKind::Minimum, BlendKind::Average,
+           BlendKind::Additive, BlendKind::Isosurface, BlendKind::Slice })
+    {
+      variant.Blend = kind;
+      if (!variant.Shade || kind == BlendKind::Isosurface)
+      {
+        all.push_back(variant);
+      }
+    }
   }
   return all;
 }

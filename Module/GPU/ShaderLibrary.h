@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "MarchParameters.h"
 #include "Status.h"
 
 #include <string>
@@ -24,8 +25,9 @@ struct ShaderVariant
   bool Count = false;
   bool ShowLevel = false;
   bool Estimate = false;
+  BlendKind Blend = BlendKind::Composite; ///< TERAVOX_BLEND
 
-  /// One bit per feature.
+  /// One bit per feature, above them the blend mode.
   unsigned Key() const;
   bool operator<(const ShaderVariant& o) const { return this->Key() < o.Key(); }
   /// "#define TERAVOX_NEAREST 0" and so on, one line each.

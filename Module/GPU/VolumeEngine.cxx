@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <thread>
 #include <unordered_set>
 
@@ -256,13 +257,17 @@ Status VolumeEngine::Prepare(const FrameRequest& request)
     this->Marcher = std::move(marcher.Value());
     this->TableVersion = 0;
   }
-  if (this->TableVersion != this->FunctionVersion || this->Transfer.Nodes == 0)
+  if (this->TableVersion != this->FunctionVersion || this->Transfer.Nodes == 0 ||
+    this->TableBlend != request.Blend.Kind)
   {
     const VolumeInfo& info = this->Source_->Info();
-    this->Transfer = BuildTransferTable(ScaleTransferFunction(this->Function, this->Exponent),
-      info.Range, !IsFloat(info.Type), request.ShortestLength);
+    this->Drawn = ProjectedFunction(
+      ScaleTransferFunction(this->Function, this->Exponent), request.Blend.Kind, info.Range);
+    this->Transfer =
+      BuildTransferTable(this->Drawn, info.Range, !IsFloat(info.Type), request.ShortestLength);
     this->Marcher->SetTransferTable(this->Transfer);
     this->TableVersion = this->FunctionVersion;
+    this->TableBlend = request.Blend.Kind;
   }
   Status status = this->PrepareLoader();
   if (status)
@@ -295,6 +300,15 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
     request.LightDiffuse[2], request.TwoSided ? 1.0f : 0.0f };
   parameters.LightSpecular = { request.LightSpecular[0], request.LightSpecular[1],
     request.LightSpecular[2], static_cast<float>(this->Transfer.LargestExtinction) };
+  Projection scaled = request.Blend;
+  for (double& value : scaled.IsoValues)
+  {
+    value = std::ldexp(value, -this->Exponent);
+  }
+  scaled.RangeLow = std::ldexp(scaled.RangeLow, -this->Exponent);
+  scaled.RangeHigh = std::ldexp(scaled.RangeHigh, -this->Exponent);
+  SetProjection(
+    parameters, scaled, this->Drawn, this->Transfer, this->Function.UnitDistance, format.Relative);
 }
 
 bool VolumeEngine::Carry(FramePlan plan)
@@ -323,14 +337,17 @@ Status VolumeEngine::RunPasses(
 {
   ShaderVariant variant;
   variant.Nearest = request.Nearest;
-  variant.FixedStep = !request.Nearest && request.Tolerance <= 0;
+  variant.Blend = request.Blend.Kind;
+  const bool isComposite = isComposite;
+  variant.FixedStep =
+    !request.Nearest && request.Tolerance <= 0 && variant.Blend == BlendKind::Composite;
   variant.FloatData = this->Atlas->Format().IsFloat();
   variant.SlotTable = this->Atlas->Format().Relative;
-  variant.Shade = request.Shade;
+  variant.Shade = request.Shade && (isComposite || variant.Blend == BlendKind::Isosurface);
   variant.Interactive = !request.Converge;
   variant.Count = request.CountSamples;
   variant.ShowLevel = request.ShowLevel;
-  variant.Estimate = request.ErrorEstimate && !request.ShowLevel;
+  variant.Estimate = request.ErrorEstimate && !request.ShowLevel && isComposite;
 
   // An interactive frame goes on with the wishes of the one before: without them all that has come
   // since would be thrown away before the first pass.
@@ -449,7 +466,8 @@ Status VolumeEngine::Render(const FrameRequest& request)
   MarchParameters& parameters = geometry.Value().Parameters;
   this->FillParameters(request, parameters);
   this->EstimateStep = parameters.Step;
-  this->EstimateKnown = request.Tolerance > 0 || request.Nearest;
+  this->EstimateKnown =
+    (request.Tolerance > 0 || request.Nearest) && request.Blend.Kind == BlendKind::Composite;
   if (request.Converge)
   {
     this->Looseness = 1;
@@ -465,7 +483,17 @@ Status VolumeEngine::Render(const FrameRequest& request)
     this->Marcher->CopyDepth(*view, request.Framebuffer, request.X, request.Y);
   }
   const double start = Now();
-  Status status = this->Marcher->Begin(*view, parameters, geometry.Value().Intervals);
+  std::vector<float> slice;
+  if (request.Blend.Kind == BlendKind::Slice)
+  {
+    slice.assign(static_cast<std::size_t>(view->Width()) * static_cast<std::size_t>(view->Height()),
+      std::numeric_limits<float>::quiet_NaN());
+    for (std::size_t i = 0; request.SliceDepths && i < slice.size(); ++i)
+    {
+      slice[i] = static_cast<float>((*request.SliceDepths)[i] - geometry.Value().DepthOrigin);
+    }
+  }
+  Status status = this->Marcher->Begin(*view, parameters, geometry.Value().Intervals, slice);
   if (status)
   {
     status = this->RunPasses(request, *view, parameters, geometry.Value().Order);
@@ -477,6 +505,10 @@ Status VolumeEngine::Render(const FrameRequest& request)
     this->Looseness = took > request.TimeBudget ? std::min(this->Looseness * 4, 4096.0)
       : took < 0.5 * request.TimeBudget         ? std::max(this->Looseness / 2, 1.0)
                                                 : this->Looseness;
+  }
+  if (status && request.Blend.Kind != BlendKind::Composite)
+  {
+    status = this->Marcher->Resolve(*view, parameters, request.Blend.Kind);
   }
   if (status)
   {

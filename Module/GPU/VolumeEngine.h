@@ -6,6 +6,7 @@
 #include "BrickCache.h"
 #include "BrickLoader.h"
 #include "BrickSource.h"
+#include "Projection.h"
 #include "RayMarcher.h"
 #include "Residency.h"
 #include "TransferTable.h"
@@ -65,6 +66,10 @@ struct FrameRequest
   bool CountSamples = false;
   bool ShowLevel = false;
   bool ErrorEstimate = false;
+  Projection Blend; ///< in data values
+  /// Of the blend mode Slice: per pixel, rows from the bottom, the view depth at which its ray
+  /// meets the slice, NaN if it doesn't.
+  std::shared_ptr<const std::vector<double>> SliceDepths;
   bool Converge = true;  ///< return when the picture is converged; else draw what is there
   double TimeBudget = 0; ///< seconds per frame when not converging; <= 0: none
   double Timeout = 0;    ///< seconds without progress after which converging gives up; 0: never
@@ -181,6 +186,8 @@ private:
   TransferFunction Function;
   std::uint64_t FunctionVersion = 0;
   std::uint64_t TableVersion = 0;
+  BlendKind TableBlend = BlendKind::Composite; ///< mode that Transfer was made for
+  TransferFunction Drawn;                      ///< what Transfer was made of
   TransferTable Transfer;
   FrameStatistics Frame;
   Feedback Unanswered; ///< what the last interactive frame missed

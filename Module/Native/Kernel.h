@@ -30,11 +30,14 @@ constexpr int MacroEdge = NativeScene::MacroEdge;
 #include "KernelRay.h"
 #include "KernelCells.h"
 #include "KernelLight.h"
+#include "KernelProjectionState.h"
 #include "KernelPieces.h"
 #include "KernelWalk.h"
 #include "KernelSpan.h"
 #include "KernelBrick.h"
 #include "KernelFixed.h"
+#include "KernelProjection.h"
+#include "KernelProjectionLots.h"
 // clang-format on
 enum Status : std::int32_t
 {
@@ -54,6 +57,10 @@ inline bool FindInterval(
     (Quad{ v.BoxHigh[0], v.BoxHigh[1], v.BoxHigh[2], 0.0f } - ray.Origin) * ray.Inverse;
   first = Max(Largest(a < b ? a : b), v.Near);
   last = Min(LeastOfThree(a < b ? b : a)[0], v.Far);
+  if (scene.Blend == BlendKind::Slice)
+  {
+    return NarrowToSlice(scene, ray, pixel, first, last);
+  }
   if (v.HasDepth && scene.Depth[pixel] < 1.0f)
   {
     const float d = scene.Depth[pixel];
@@ -68,6 +75,11 @@ inline void IntegrateMapped(
   Context& c, State& state, const Ray& ray, BrickView view, std::uint32_t slot, float t0, float t1)
 {
   const NativeScene& scene = c.Scene;
+  if (scene.Blend != BlendKind::Composite)
+  {
+    ProjectMapped<T>(c, state, ray, view, t0, t1);
+    return;
+  }
   if (scene.FixedStep)
   {
     scene.Shade ? IntegrateFixed<T, true>(c, state, ray, view, t0, t1)
@@ -96,7 +108,7 @@ inline void Request(NativeReport& report, int level, Index brick, float weight)
 // The finest ancestor that can be drawn instead of a brick: resident (interactive), or readable (a
 // failed brick: requested and waited for). Returns false if the ray has to wait.
 inline bool FindAncestor(
-  const Context& c, NativeReport& report, Found& found, int& level, Index& brick, float weight)
+  Context& c, NativeReport& report, Found& found, int& level, Index& brick, float weight)
 {
   const MarchParameters& p = c.P;
   const Index fine = brick * Load(p.LevelFactor[static_cast<std::size_t>(level)]);
@@ -105,7 +117,7 @@ inline bool FindAncestor(
   {
     const UVec& f = p.LevelFactor[static_cast<std::size_t>(l)];
     const Index coarse{ fine[0] / f[0], fine[1] / f[1], fine[2] / f[2], 0 };
-    const Found at = Translate(c.Scene, c.Table, LoadLevel(p, l), coarse);
+    const Found at = FindBrick(c, LoadLevel(p, l), coarse);
     if (at.Kind == FoundKind::Missing && failed)
     {
       Request(report, l, coarse, weight);
@@ -164,7 +176,7 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
     float leave = LeastOfThree(exits)[0]; // depth at which the next brick begins
     const float t0 = Max(Largest(EntryDepths(p, ray, here, current)), begin);
     const float t1 = Min(leave, end);
-    Found found = Translate(c.Scene, c.Table, here, current);
+    Found found = FindBrick(c, here, current);
     c.Steps += 16; // a brick costs about as much
     if (found.Kind == FoundKind::Missing)
     {
@@ -217,6 +229,10 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
       {
         IntegrateMapped<std::uint16_t>(c, state, ray, view, found.Slot, t0, t1);
       }
+    }
+    else if (found.Kind == FoundKind::Single && c.Scene.Blend != BlendKind::Composite)
+    {
+      ProjectConstant(c, state, ray, TransferPosition(c.Table, found.Low, found.High), t0, t1);
     }
     else if (found.Kind == FoundKind::Single)
     {
@@ -273,6 +289,10 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   }
   State state{ Quad{ color[0], color[1], color[2], 0.0f }, color[3],
     scene.Error != nullptr ? scene.Error[pixel] : 0.0f };
+  if (scene.Blend != BlendKind::Composite)
+  {
+    c.Projection = LoadProjection(c, state, position[3]);
+  }
   if (scene.Shade)
   {
     c.TowardsLight = TowardsLight(p, ray, first);
@@ -304,6 +324,11 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
       at.Level += deeper ? 1 : 0;
     }
   }
+  std::int32_t side = 0;
+  if (scene.Blend != BlendKind::Composite)
+  {
+    side = StoreProjection(c, state);
+  }
   color[0] = state.Color[0];
   color[1] = state.Color[1];
   color[2] = state.Color[2];
@@ -315,7 +340,7 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   position[0] = static_cast<std::int32_t>(at.Brick[0]);
   position[1] = static_cast<std::int32_t>(at.Brick[1]);
   position[2] = static_cast<std::int32_t>(at.Brick[2]);
-  position[3] = at.Level | at.Status << 16;
+  position[3] = at.Level | at.Status << 16 | side;
   if (at.Status != StatusDone)
   {
     report.Waiting = report.Waiting || waiting;
@@ -323,15 +348,20 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   }
 }
 
+inline Transfer TableOf(const NativeScene& scene)
+{
+  const MarchParameters& p = *scene.Parameters;
+  // Tables of four words per node.
+  return { scene.Integrals, reinterpret_cast<const float*>(scene.Colors), scene.Occupied,
+    scene.Extremes, scene.Variation, scene.Blocks, scene.ExtremesBlock, p.Transfer[0],
+    p.Transfer[1], p.Transfer[2], p.Transfer[3] };
+}
+
 void MarchTile(
   const NativeScene& scene, int left, int bottom, int right, int top, NativeReport& report)
 {
   const MarchParameters& p = *scene.Parameters;
-  // Tables of four words per node.
-  const Transfer table{ scene.Integrals, reinterpret_cast<const float*>(scene.Colors),
-    scene.Occupied, scene.Extremes, scene.Variation, scene.Blocks, scene.ExtremesBlock,
-    p.Transfer[0], p.Transfer[1], p.Transfer[2], p.Transfer[3] };
-  Context c{ scene, p, table, Quad{ 0.0f, 0.0f, 1.0f, 0.0f }, 0, 0, 0, {} };
+  Context c{ scene, p, TableOf(scene), Quad{ 0.0f, 0.0f, 1.0f, 0.0f }, 0, 0, 0, {}, {} };
   for (int y = bottom; y < top; ++y)
   {
     for (int x = left; x < right; ++x)
@@ -342,11 +372,27 @@ void MarchTile(
   report.Samples += c.Samples;
   report.Contributing += c.Contributing;
 }
+
+void ResolvePicture(const NativeScene& scene)
+{
+  const Transfer table = TableOf(scene);
+  const std::size_t pixels =
+    static_cast<std::size_t>(scene.Width) * static_cast<std::size_t>(scene.Height);
+  for (std::size_t i = 0; i < pixels; ++i)
+  {
+    ResolveProjection(scene, table, scene.Color + 4 * i);
+  }
+}
 } // namespace
 
 NativeKernel Kernel()
 {
   return &MarchTile;
+}
+
+NativeResolver Resolver()
+{
+  return &ResolvePicture;
 }
 
 } // namespace teravox::TERAVOX_KERNEL

@@ -53,6 +53,7 @@ struct Context
   std::uint64_t Samples;      // cells or segments looked at
   std::uint64_t Contributing; // of them
   Lot Cells;
+  ProjectionState Projection;
 };
 
 inline bool IsOver(const Context& c, const State& s)

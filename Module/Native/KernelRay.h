@@ -180,8 +180,11 @@ inline void Stamp(std::uint8_t* stamps, std::uint32_t at)
   }
 }
 
-inline Found Translate(
-  const NativeScene& scene, const Transfer& transfer, const Level& level, Index brick)
+// `isEmpty`: whether nothing is to be seen of a region without any value, or with values between
+// two positions in nodes.
+template <typename IsEmpty>
+TERAVOX_INLINE Found Translate(const NativeScene& scene, const Transfer& transfer,
+  const Level& level, Index brick, const IsEmpty& isEmpty)
 {
   const MarchParameters& p = *scene.Parameters;
   Found found;
@@ -202,7 +205,7 @@ inline Found Translate(
     const float from = TransferPosition(transfer, low, single ? high : 0.0f);
     const float to = single ? from : TransferPosition(transfer, high, 0.0f);
     const bool none = !single && low > high; // no value at all
-    if (p.Switches[0] != 0 && (none || IsEmptyBetween(transfer, from, to)))
+    if (p.Switches[0] != 0 && isEmpty(none, from, to))
     {
       found.Kind = FoundKind::Empty;
       found.Region = single ? 0 : k;
@@ -235,4 +238,11 @@ inline Found Translate(
   found.Kind = FoundKind::Mapped;
   Stamp(scene.UsedSlots, found.Slot);
   return found;
+}
+
+inline Found Translate(
+  const NativeScene& scene, const Transfer& transfer, const Level& level, Index brick)
+{
+  return Translate(scene, transfer, level, brick,
+    [&](bool none, float from, float to) { return none || IsEmptyBetween(transfer, from, to); });
 }

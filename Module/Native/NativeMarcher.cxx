@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <omp.h>
 #include <unordered_map>
 #include <utility>
@@ -20,25 +21,48 @@ static_assert(NativeScene::MacroEdge == MacroEdge);
 namespace baseline
 {
 NativeKernel Kernel();
+NativeResolver Resolver();
 }
 #if TERAVOX_HAS_AVX2_KERNEL
 namespace avx2
 {
 NativeKernel Kernel();
+NativeResolver Resolver();
 }
+#endif
+
+#if TERAVOX_HAS_AVX2_KERNEL
+namespace
+{
+bool UsesAVX2()
+{
+  const char* wanted = std::getenv("TERAVOX_NATIVE_ISA");
+  const bool any = wanted != nullptr && std::strcmp(wanted, "baseline") == 0;
+  return !any && __builtin_cpu_supports("avx2") != 0;
+}
+} // namespace
 #endif
 
 NativeKernel ChooseNativeKernel()
 {
 #if TERAVOX_HAS_AVX2_KERNEL
-  const char* wanted = std::getenv("TERAVOX_NATIVE_ISA");
-  const bool any = wanted != nullptr && std::strcmp(wanted, "baseline") == 0;
-  if (!any && __builtin_cpu_supports("avx2") != 0)
+  if (UsesAVX2())
   {
     return avx2::Kernel();
   }
 #endif
   return baseline::Kernel();
+}
+
+NativeResolver ChooseNativeResolver()
+{
+#if TERAVOX_HAS_AVX2_KERNEL
+  if (UsesAVX2())
+  {
+    return avx2::Resolver();
+  }
+#endif
+  return baseline::Resolver();
 }
 
 void NativeView::Resize(int width, int height, bool estimate)
@@ -58,6 +82,18 @@ void NativeView::Clear()
   for (std::size_t i = 3; i < this->Color.size(); i += 4)
   {
     this->Color[i] = 1;
+  }
+}
+
+void NativeView::SetSlice(const std::vector<float>& slice, const IntervalParameters& intervals)
+{
+  const std::array<float, 4>& v = intervals.DepthToView;
+  for (std::size_t i = 0; i < this->Depth.size(); ++i)
+  {
+    const float d = this->Depth[i];
+    const bool hidden =
+      intervals.HasDepth && d < 1 && (v[0] + v[1] * d) / (v[2] + v[3] * d) < slice[i];
+    this->Depth[i] = hidden ? std::numeric_limits<float>::quiet_NaN() : slice[i];
   }
 }
 

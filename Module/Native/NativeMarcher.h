@@ -26,6 +26,8 @@ struct NativeView
   void Resize(int width, int height, bool estimate = false);
   /// All rays at their begin.
   void Clear();
+  /// Depth becomes that of a slice where opaque geometry isn't in front of it, else NaN.
+  void SetSlice(const std::vector<float>& slice, const IntervalParameters& intervals);
   static constexpr std::uint64_t BytesPerPixel = 36; ///< without Error
 };
 

@@ -54,6 +54,9 @@ struct NativeScene
   bool Shade = false;
   bool Interactive = false;
   bool ShowLevel = false;
+  /// Of Slice, Depth isn't that of opaque geometry, but that along the rays at which the slice is
+  /// met; NaN where it isn't.
+  BlendKind Blend = BlendKind::Composite;
 };
 
 /// What the rays of one tile report.
@@ -73,8 +76,13 @@ struct NativeReport
 using NativeKernel = void (*)(
   const NativeScene& scene, int left, int bottom, int right, int top, NativeReport& report);
 
+/// Turns what a projection mode gathered into premultiplied colour and transmittance, for all
+/// pixels of a picture.
+using NativeResolver = void (*)(const NativeScene& scene);
+
 /// The kernel for this processor: for AVX2 where it has that, else for any. Both draw the same to
 /// the bit. TERAVOX_NATIVE_ISA=baseline in the environment chooses the latter, for tests.
 NativeKernel ChooseNativeKernel();
+NativeResolver ChooseNativeResolver();
 
 } // namespace teravox

@@ -3,6 +3,7 @@
 #include "vtkOutOfCoreVolumeMapper.h"
 
 #include "ArrayBrickSource.h"
+#include "SliceDepths.h"
 #include "VTKScalarType.h"
 #include "VolumeEngine.h"
 #include "vtkBrickSource.h"
@@ -14,6 +15,7 @@
 #include "vtkDataArray.h"
 #include "vtkFloatArray.h"
 #include "vtkImageData.h"
+#include "vtkImplicitFunction.h"
 #include "vtkInformation.h"
 #include "vtkLight.h"
 #include "vtkLightCollection.h"
@@ -167,6 +169,7 @@ class vtkOutOfCoreVolumeMapper::vtkInternals
 {
 public:
   teravox::VolumeEngine Engine;
+  teravox::SliceDepths Slice;
   vtkSmartPointer<vtkBrickSource> Explicit;
   vtkSmartPointer<vtkTrivialProducer> StandIn; // input for volumes that come from SetBrickSource()
   bool UsesStandIn = false;
@@ -517,7 +520,10 @@ std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeP
       names.emplace_back(name);
     }
   };
-  check(m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND, "BlendMode");
+  // Those that a later VTK may add.
+  check(m->GetBlendMode() < vtkVolumeMapper::COMPOSITE_BLEND ||
+      m->GetBlendMode() > vtkVolumeMapper::SLICE_BLEND,
+    "BlendMode");
   check(m->GetCropping() != 0, "Cropping");
   check(m->GetClippingPlanes() && m->GetClippingPlanes()->GetNumberOfItems() > 0, "ClippingPlanes");
   check(m->GetMaskInput() != nullptr, "MaskInput");
@@ -543,20 +549,57 @@ std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeP
   check(m->GetGradientOpacityRangeType() != vtkGPUVolumeRayCastMapper::SCALAR,
     "GradientOpacityRangeType");
   check(m->GetTransfer2DYAxisArray() != nullptr, "Transfer2DYAxisArray");
-  double averageRange[2];
-  m->GetAverageIPScalarRange(averageRange);
-  check(
-    averageRange[0] != VTK_FLOAT_MIN || averageRange[1] != VTK_FLOAT_MAX, "AverageIPScalarRange");
   check(p->HasGradientOpacity(), "GradientOpacity");
   check(p->GetTransferFunctionMode() != vtkVolumeProperty::TF_1D, "TransferFunctionMode");
   check(p->GetIndependentComponents() != 1, "IndependentComponents");
   check(p->GetComponentWeight(0) != 1.0, "ComponentWeight");
   check(p->GetUseClippedVoxelIntensity() != 0, "UseClippedVoxelIntensity");
   check(p->GetNumberOfLabels() > 0, "LabelColor, LabelScalarOpacity, LabelGradientOpacity");
-  check(p->GetSliceFunction() != nullptr, "SliceFunction");
-  vtkContourValues* contours = p->GetIsoSurfaceValues();
-  check(contours->GetNumberOfContours() > 1 || contours->GetValue(0) != 0, "IsoSurfaceValues");
+  check(m->GetBlendMode() == vtkVolumeMapper::ISOSURFACE_BLEND &&
+      p->GetIsoSurfaceValues()->GetNumberOfContours() > static_cast<int>(teravox::MaximumIsoValues),
+    "IsoSurfaceValues beyond the first 256 visible ones");
   return names;
+}
+
+// What VTK's blend mode is here, with the values that belong to it.
+teravox::Projection MakeProjection(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p)
+{
+  teravox::Projection projection;
+  switch (m->GetBlendMode())
+  {
+    case vtkVolumeMapper::MAXIMUM_INTENSITY_BLEND:
+      projection.Kind = teravox::BlendKind::Maximum;
+      break;
+    case vtkVolumeMapper::MINIMUM_INTENSITY_BLEND:
+      projection.Kind = teravox::BlendKind::Minimum;
+      break;
+    case vtkVolumeMapper::AVERAGE_INTENSITY_BLEND:
+    {
+      double range[2];
+      m->GetAverageIPScalarRange(range);
+      projection.Kind = teravox::BlendKind::Average;
+      projection.RangeLow = range[0];
+      projection.RangeHigh = range[1];
+      break;
+    }
+    case vtkVolumeMapper::ADDITIVE_BLEND:
+      projection.Kind = teravox::BlendKind::Additive;
+      break;
+    case vtkVolumeMapper::ISOSURFACE_BLEND:
+    {
+      vtkContourValues* contours = p->GetIsoSurfaceValues();
+      projection.Kind = teravox::BlendKind::Isosurface;
+      projection.IsoValues.assign(
+        contours->GetValues(), contours->GetValues() + contours->GetNumberOfContours());
+      break;
+    }
+    case vtkVolumeMapper::SLICE_BLEND:
+      projection.Kind = teravox::BlendKind::Slice;
+      break;
+    default:
+      break;
+  }
+  return projection;
 }
 
 void SetMaterial(
@@ -757,6 +800,30 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   request.CountSamples = this->CountSamples != 0;
   request.ShowLevel = this->ShowLevels != 0;
   request.ErrorEstimate = this->ErrorEstimate != 0;
+  if (!request.ShowLevel)
+  {
+    request.Blend = MakeProjection(this, property);
+  }
+  if (request.Blend.Kind == teravox::BlendKind::Slice)
+  {
+    vtkImplicitFunction* function = property->GetSliceFunction();
+    if (function)
+    {
+      std::array<double, 6> bounds{};
+      vol->GetBounds(bounds.data());
+      const auto depths = in.Slice.Find(request.Camera, function, bounds);
+      if (!depths)
+      {
+        fail(depths.GetStatus().Message());
+        return;
+      }
+      request.SliceDepths = depths.Value();
+    }
+    else if (in.Warned.insert("SliceFunction").second)
+    {
+      vtkWarningMacro("SliceFunction isn't set, so there is no slice to draw.");
+    }
+  }
   const bool automatic = this->FrameTimeBudget < 0;
   request.Converge = automatic
     ? window->GetOffScreenRendering() != 0 || window->GetShowWindow() == 0

@@ -13,7 +13,27 @@
  * *Interactive*, a frame shows the best that is at hand within its time, and the frames that follow
  * refine it: the default of windows on a screen. See SetFrameTimeBudget().
  *
- * Needs OpenGL 4.3. Composite blending of scalar volumes; every property of the base class that
+ * *Blend modes*: all of vtkVolumeMapper, of the field itself, not of samples, with as few bricks
+ * loaded as the mode allows. What is shown is what VTK 9.1's GPU mapper shows when its samples come
+ * close to each other:
+ * - Maximum and minimum intensity: colour and opacity of the transfer function at the exact maximum
+ *   or minimum along the ray. Of a pyramid's coarser levels it is that of their voxels, which are
+ *   averages: SetMaximumLevel(0) asks for that of the data.
+ * - Average intensity: gray, opaque. The mean along the ray of opacity times value, values counted
+ *   from 0 to 1 over the range of the data, where the value lies in AverageIPScalarRange; nothing
+ *   where it nowhere does.
+ * - Additive: gray, opaque. The integral along the ray of opacity times value (counted likewise)
+ *   over ScalarOpacityUnitDistance, which VTK's sum of samples tends to; at a sample distance of
+ *   the unit distance VTK adds up the samples as they are.
+ * - Isosurface: the surfaces of vtkVolumeProperty::GetIsoSurfaceValues() where the field meets the
+ *   values, lit by its gradient there, each with the transfer function's colour and opacity at its
+ *   value. At most 256 whose opacity isn't 0.
+ * - Slice: colour of the transfer function, weighted with its opacity, where a ray first meets the
+ *   surface of vtkVolumeProperty::GetSliceFunction(), in the world. (VTK 9.1 knows planes only and
+ *   doesn't weight the colour.)
+ * As in VTK, only composite blending and isosurfaces are shaded. Voxels that are NaN have no value.
+ *
+ * Needs OpenGL 4.3. Scalar volumes; every property of the base class that
  * isn't supported warns once by name when it is set to something else than its default.
  *
  * Thread: like all VTK mappers, used by the render thread only.
@@ -191,7 +211,7 @@ public:
   ///@{
   /**
    * Draw, instead of colours, the level of the first contribution of each ray: (level + 1) / 32 in
-   * all channels. Default off.
+   * all channels; blended as composite. Default off.
    */
   vtkSetMacro(ShowLevels, vtkTypeBool);
   vtkGetMacro(ShowLevels, vtkTypeBool);
@@ -213,7 +233,8 @@ public:
    * largest error of a channel. Certain for rays that ended early or are still under way, and for
    * missing and unreadable bricks (by the range of what is missing); an estimate for steps: it is
    * meant to be below the true error on at most one pixel in a hundred. 1 where nothing is known,
-   * which is everywhere with a tolerance of 0. Returns false if that frame had no estimate.
+   * which is everywhere with a tolerance of 0 and in blend modes other than composite. Returns
+   * false if that frame had no estimate.
    */
   bool GetErrorEstimateImage(vtkImageData* image);
 

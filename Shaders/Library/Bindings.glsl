@@ -30,6 +30,12 @@ layout(std140, binding = 0) uniform View
   vec4 u_normal[3];     // rows: central difference in voxels of level 0 -> dataset space
   vec4 u_dataset[3]; // rows: direction in voxels -> dataset space (world without the prop's matrix)
   vec4 u_eye;        // xyz: the camera's position, anchored voxels
+  // Of blend modes other than composite. x: sign of the extreme, number of iso values; y: what a
+  // position in nodes may be off by rounding; z: last node that differs, least node that counts; w:
+  // largest node that counts, factor of sums.
+  vec4 u_projection;
+  vec4 u_isoValues[MAXIMUM_ISO_VALUES / 4u]; // nodes, ascending
+  vec4 u_isoColors[MAXIMUM_ISO_VALUES];      // rgb, opacity
 };
 
 layout(binding = 0) uniform sampler3D u_atlasTexture;

@@ -97,8 +97,22 @@ VisitedCell NextVisibleCell(inout CellWalk walk, inout State state, BrickView vi
       walk.cell = found.cell + walk.move * vec3(lessThanEqual(exits, vec3(leave)));
       float least = min(SmallestOf(found.corners.near), SmallestOf(found.corners.far));
       float largest = max(LargestOf(found.corners.near), LargestOf(found.corners.far));
-      found.visible = !(skip && IsEmptyBetween(NodeOf(view, least), NodeOf(view, largest)));
+#if TERAVOX_BLEND
+      // Cells without length don't count: leaps pass them by.
+      bool none = false;
 #if TERAVOX_FLOAT_DATA
+      none = isnan(dot(found.corners.near + found.corners.far, vec4(1.0)));
+#endif
+      bool crossed = walk.t > found.begin;
+      found.visible = crossed && !none;
+      if (crossed && (none || skip))
+      {
+        found.visible = !SkipsRange(none, NodeOf(view, least), NodeOf(view, largest));
+      }
+#else
+      found.visible = !(skip && IsEmptyBetween(NodeOf(view, least), NodeOf(view, largest)));
+#endif
+#if TERAVOX_FLOAT_DATA && !TERAVOX_BLEND
       // One voxel without a value, and there is none in between.
       found.visible =
         found.visible && !isnan(dot(found.corners.near + found.corners.far, vec4(1.0)));
@@ -123,13 +137,24 @@ VisitedCell NextVisibleCell(inout CellWalk walk, inout State state, BrickView vi
       }
       vec3 at = clamp(floor((walk.cell - BORDER) * (1.0 / float(CELL_EDGE))), 0.0, lastRange);
       vec2 range = CellRange(view, ivec3(at));
+#if TERAVOX_BLEND
+      bool empty = false;
+#else
       bool empty =
         skip && (range.x > range.y || IsEmptyBetween(NodeOf(view, range.x), NodeOf(view, range.y)));
+#endif
       vec3 low = at * float(CELL_EDGE) + BORDER;
       // The first cell begins half a voxel before the brick.
       vec3 face = mix(low - vec3(equal(at, vec3(0.0))), low + float(CELL_EDGE), walk.forward);
       precise vec3 exits = (face - walk.first) * walk.inverse;
       float leave = max(Minimum(exits), walk.t);
+#if TERAVOX_BLEND
+      if (skip)
+      {
+        empty = !(leave > walk.t) ||
+          SkipsRange(range.x > range.y, NodeOf(view, range.x), NodeOf(view, range.y));
+      }
+#endif
       vec3 next = CellAt(walk, view.direction, leave);
       vec3 beyond = face - (1.0 - walk.forward);
       next = mix(next, beyond, vec3(lessThanEqual(exits, vec3(leave))));

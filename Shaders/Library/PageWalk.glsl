@@ -8,6 +8,17 @@ const int FOUND_MAPPED = 2;  // in atlas slot `slot`
 const int FOUND_MISSING = 3; // the brick, or a page block on the way
 const int FOUND_FAILED = 4;  // can't be read
 
+// Whether a region without any value, or with values between two positions in nodes, makes no
+// difference to the ray.
+bool IsInvisible(bool none, float from, float to)
+{
+#if TERAVOX_BLEND
+  return SkipsRange(none, from, to);
+#else
+  return none || IsEmptyBetween(from, to);
+#endif
+}
+
 struct Found
 {
   int kind;
@@ -58,7 +69,7 @@ Found Translate(Level level, uvec3 brick)
     float from = TransferPosition(low, single ? high : 0.0);
     float to = single ? from : TransferPosition(high, 0.0);
     bool none = !single && low > high; // no value at all
-    if (u_switches.x != 0u && (none || IsEmptyBetween(from, to)))
+    if (u_switches.x != 0u && IsInvisible(none, from, to))
     {
       found.kind = FOUND_EMPTY;
       found.region = single ? 0 : k;

@@ -94,7 +94,12 @@ std::vector<Property> Properties()
     { "GradientOpacityRangeType",
       [](Stage& s) { s.Mapper->SetGradientOpacityRangeType(M::NATIVE); } },
     { "Transfer2DYAxisArray", [](Stage& s) { s.Mapper->SetTransfer2DYAxisArray("scalars"); } },
-    { "AverageIPScalarRange", [](Stage& s) { s.Mapper->SetAverageIPScalarRange(3, 100); } },
+    { "AverageIPScalarRange",
+      [](Stage& s)
+      {
+        s.Mapper->SetBlendModeToAverageIntensity();
+        s.Mapper->SetAverageIPScalarRange(3, 100);
+      } },
     { "GradientOpacity",
       [](Stage& s)
       {
@@ -116,9 +121,18 @@ std::vector<Property> Properties()
       [](Stage& s)
       {
         vtkNew<vtkPlane> plane;
+        plane->SetOrigin(20, 18, 22);
+        s.Mapper->SetBlendModeToSlice();
         s.Property->SetSliceFunction(plane);
       } },
-    { "IsoSurfaceValues", [](Stage& s) { s.Property->GetIsoSurfaceValues()->SetValue(0, 120); } },
+    { "IsoSurfaceValues",
+      [](Stage& s)
+      {
+        s.Mapper->SetBlendModeToIsoSurface();
+        s.Property->GetIsoSurfaceValues()->SetValue(0, 120);
+      } },
+    // Without a function there is no slice.
+    { "SliceFunction", [](Stage& s) { s.Mapper->SetBlendModeToSlice(); } },
     { "Label", [](Stage& s) { s.Property->SetLabelScalarOpacity(1, s.Opacity); } },
     { "Lights",
       [](Stage& s)

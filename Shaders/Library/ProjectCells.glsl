@@ -1,0 +1,111 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Blend modes other than composite, linear interpolation: from one interpolation cell that may make
+// a difference to the next, and what it does.
+
+// Where a cubic turns, ascending; 1 where it doesn't in (0, 1).
+vec2 TurnsOf(vec4 c)
+{
+  // Roots of B + 2 C u + 3 D u^2, without cancellation.
+  precise float discriminant = c.z * c.z - 3.0 * c.w * c.y;
+  bool real = discriminant > 0.0;
+  float root = sqrt(real ? discriminant : 0.0);
+  precise float q = -(c.z + (c.z < 0.0 ? -root : root));
+  precise float a = q / (3.0 * c.w);
+  precise float b = c.y / q;
+  float u = real && a > 0.0 && a < 1.0 ? a : 1.0;
+  float v = real && b > 0.0 && b < 1.0 ? b : 1.0;
+  return vec2(min(u, v), max(u, v));
+}
+
+// What a slice shows of a value.
+void TakeSlice(inout State state, float node)
+{
+  if (!g_any)
+  {
+    Accumulate(state, min(SampleTransfer(node).s, 1.0), TransferColor(node));
+    g_any = true;
+  }
+}
+
+void TakeCell(
+  inout State state, Ray ray, BrickView view, int level, CellWalk walk, VisitedCell visited)
+{
+  precise vec3 w0 = (walk.first + visited.begin * view.direction) - visited.cell;
+  precise vec3 dw = (walk.t - visited.begin) * view.direction;
+  precise vec4 cubic = CubicAlong(visited.corners, w0, dw) * view.scale;
+  cubic.x += view.offset;
+  cubic *= u_transfer.z;
+#if TERAVOX_BLEND != BLEND_SLICE
+  vec2 turns = TurnsOf(cubic);
+#endif
+#if TERAVOX_BLEND == BLEND_MAXIMUM || TERAVOX_BLEND == BLEND_MINIMUM || TERAVOX_BLEND == BLEND_ISOSURFACE
+  // Values lie between the corners', whatever rounding does.
+  float least =
+    NodeOf(view, min(SmallestOf(visited.corners.near), SmallestOf(visited.corners.far)));
+  float largest =
+    NodeOf(view, max(LargestOf(visited.corners.near), LargestOf(visited.corners.far)));
+#endif
+#if TERAVOX_BLEND == BLEND_MAXIMUM
+  float best = max(max(cubic.x, Along(cubic, 1.0)), max(Along(cubic, turns.x), Along(cubic, turns.y)));
+  TakeExtreme(state, ExtremeOf(clamp(best, least, largest)));
+#elif TERAVOX_BLEND == BLEND_MINIMUM
+  float best = min(min(cubic.x, Along(cubic, 1.0)), min(Along(cubic, turns.x), Along(cubic, turns.y)));
+  TakeExtreme(state, ExtremeOf(-clamp(best, least, largest)));
+#elif TERAVOX_BLEND == BLEND_ISOSURFACE
+  Place place;
+  place.u = 0.0;
+#if TERAVOX_SHADE
+  place.gradient = GradientAlong(view, ivec3(visited.cell), visited.corners, w0, dw);
+  place.perVoxel = view.scale / vec3(u_levelFactor[level].xyz);
+#endif
+  CrossCell(state, cubic, least, largest, turns, place);
+#elif TERAVOX_BLEND == BLEND_SLICE
+  TakeSlice(state, cubic.x);
+#else
+  SumCell(state, cubic, turns, (walk.t - visited.begin) * ray.world);
+#endif
+}
+
+void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float t0, float t1)
+{
+  CellWalk walk = BeginWalk(ray, view, t0, t1);
+  for (int event = 0; event < 8192; ++event)
+  {
+    if (walk.t >= walk.end || state.transmittance <= u_step.z)
+    {
+      break;
+    }
+    VisitedCell visited = NextVisibleCell(walk, state, view);
+    if (visited.visible)
+    {
+      TakeCell(state, ray, view, level, walk, visited);
+    }
+  }
+}
+
+// A part of the ray with one value.
+void ProjectConstant(inout State state, Ray ray, float node, float t0, float t1)
+{
+  state.steps += 1u;
+  if (t1 > t0)
+  {
+#if TERAVOX_BLEND == BLEND_MAXIMUM
+    TakeExtreme(state, ExtremeOf(node));
+#elif TERAVOX_BLEND == BLEND_MINIMUM
+    TakeExtreme(state, ExtremeOf(-node));
+#elif TERAVOX_BLEND == BLEND_ISOSURFACE
+    Place place;
+    place.u = 0.0;
+#if TERAVOX_SHADE
+    place.gradient = Gradient(vec4(0.0), vec4(0.0), vec4(0.0));
+    place.perVoxel = vec3(0.0);
+#endif
+    JumpTo(state, node, place);
+#elif TERAVOX_BLEND == BLEND_SLICE
+    TakeSlice(state, node);
+#else
+    AddSum(SumBetween(node, node), (t1 - t0) * ray.world);
+#endif
+  }
+}

@@ -35,7 +35,12 @@ struct MarchParameters
   std::array<Vec, 3> Normal{};
   std::array<Vec, 3> Dataset{};
   Vec Eye{};
+  std::array<Vec, 5> Crop{};
 };
+
+/// How far a clipping plane lies behind the ray of a pixel (x, y) at depth t, kept where it is not
+/// negative: (w0 + w1 x + w2 y) + t (w4 + w5 x + w6 y).
+using PlaneAlongRays = std::array<float, 8>;
 
 /// Where the rays of a picture may run.
 struct IntervalParameters

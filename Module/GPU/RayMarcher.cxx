@@ -8,11 +8,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 namespace teravox
 {
 
-static_assert(sizeof(MarchParameters) == 16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1),
+static_assert(sizeof(MarchParameters) == 16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1 + 5),
   "the uniform block of Shaders/Library/Bindings.glsl has no padding");
 
 Result<std::unique_ptr<RayMarcher>> RayMarcher::Make(GPUMemory& memory)
@@ -153,14 +154,15 @@ void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
   }
 }
 
-Status RayMarcher::Begin(
-  ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals)
+Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
+  const IntervalParameters& intervals, const std::vector<PlaneAlongRays>& planes)
 {
   view.ActiveTiles = TilesOf(intervals.Rectangle);
   if (view.IsNative())
   {
     view.Native.Clear();
     this->Intervals = intervals;
+    this->Planes = planes;
     return {};
   }
   Result<const GLProgram*> program = this->Program("FullScreen.vert", "Intervals.frag", {});
@@ -178,6 +180,14 @@ Status RayMarcher::Begin(
   glUniform2f(p.Uniform("u_nearFar"), intervals.Near, intervals.Far);
   glUniform4fv(p.Uniform("u_depthToView"), 1, intervals.DepthToView.data());
   glUniform1i(p.Uniform("u_hasDepth"), intervals.HasDepth ? 1 : 0);
+  glUniform1i(p.Uniform("u_planeCount"), static_cast<GLint>(planes.size()));
+  GLBuffer planeBuffer;
+  if (!planes.empty())
+  {
+    planeBuffer = GLBuffer(this->Memory, GL_SHADER_STORAGE_BUFFER,
+      planes.size() * sizeof(PlaneAlongRays), planes.data(), GL_STREAM_DRAW);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, planeBuffer.Id());
+  }
   view.Depth.Bind(0);
   glBindFramebuffer(GL_FRAMEBUFFER, view.IntervalTarget.Id());
   glBindVertexArray(this->Vertices.Id());
@@ -191,15 +201,23 @@ Status RayMarcher::Begin(
   return {};
 }
 
+void RayMarcher::SetLights(std::vector<MarchParameters::Vec> table)
+{
+  this->Lights = std::move(table);
+}
+
 PassResult RayMarcher::DrawNativePass(ViewState& view, const BrickAtlas& atlas,
   const PageTable& table, const MarchParameters& parameters, const ShaderVariant& variant)
 {
   NativeScene scene;
   scene.Parameters = &parameters;
   scene.Intervals = &this->Intervals;
+  scene.Planes = this->Planes.empty() ? nullptr : this->Planes.front().data();
+  scene.NumberOfPlanes = static_cast<int>(this->Planes.size());
   SetTables(scene, *this->Table, this->TableVersion);
   SetAtlas(scene, *atlas.Native(), table, atlas.Format());
   SetView(scene, view.Native, view.Width(), view.Height());
+  scene.Lights = this->Lights.empty() ? nullptr : this->Lights.data();
   scene.Nearest = variant.Nearest;
   scene.FixedStep = variant.FixedStep;
   scene.Shade = variant.Shade;
@@ -250,6 +268,18 @@ Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, view.Feedback.Id());
   glBindImageTexture(0, view.Color.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32F);
   glBindImageTexture(1, view.Position.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32I);
+  if (variant.Lights)
+  {
+    const std::size_t bytes = this->Lights.size() * sizeof(this->Lights[0]);
+    if (this->LightBuffer.Size() != bytes)
+    {
+      this->LightBuffer.Release();
+      this->LightBuffer =
+        GLBuffer(this->Memory, GL_SHADER_STORAGE_BUFFER, bytes, nullptr, GL_DYNAMIC_DRAW);
+    }
+    this->LightBuffer.Write(0, bytes, this->Lights.data());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 4, this->LightBuffer.Id());
+  }
   atlas.Bind();
   this->TransferTexture.Bind(1);
   this->ColorTexture.Bind(5);

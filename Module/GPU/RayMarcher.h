@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 namespace teravox
 {
@@ -34,7 +35,10 @@ public:
   /// Copies the depth of the frame buffer that is bound for drawing, resolving samples.
   void CopyDepth(ViewState& view, GLuint framebuffer, int x, int y);
   /// Begins a picture: intervals, cleared accumulators, all tiles active.
-  Status Begin(ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals);
+  Status Begin(ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals,
+    const std::vector<PlaneAlongRays>& planes);
+  /// LightTable of the picture under way (see LightSetup.h); empty: one headlight.
+  void SetLights(std::vector<MarchParameters::Vec> table);
   /// One pass over the active tiles.
   Result<PassResult> DrawPass(ViewState& view, const BrickAtlas& atlas, const PageTable& table,
     MarchParameters& parameters, const ShaderVariant& variant);
@@ -56,8 +60,11 @@ private:
   const TransferTable* Table = nullptr;
   std::uint32_t TableVersion = 0; ///< counts the tables; never 0 once there is one
   NativeMarcher Native;
-  IntervalParameters Intervals; ///< of the picture under way, for the native marcher
+  IntervalParameters Intervals;       ///< of the picture under way, for the native marcher
+  std::vector<PlaneAlongRays> Planes; ///< likewise
+  std::vector<MarchParameters::Vec> Lights;
   GLBuffer Uniforms;
+  GLBuffer LightBuffer;
   GLBuffer TransferBuffer;
   GLTexture TransferTexture;
   GLBuffer ColorBuffer;

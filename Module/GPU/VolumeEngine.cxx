@@ -284,7 +284,7 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
     static_cast<float>(format.Offset), 0.0f, 0.0f };
   parameters.Transfer = TransferParameters(this->Transfer);
   parameters.Step = StepParameters(request.SampleDistance, request.Tolerance, this->Looseness);
-  parameters.Switches = { request.EmptySpaceSkipping ? 1u : 0u, 0u, 0u, 0u };
+  parameters.Switches[0] = request.EmptySpaceSkipping ? 1u : 0u;
   parameters.Limits[0] = MostSteps;
   parameters.Material = request.Material;
   parameters.LightDiffuse = { request.LightDiffuse[0], request.LightDiffuse[1],
@@ -323,6 +323,7 @@ Status VolumeEngine::RunPasses(
   variant.FloatData = this->Atlas->Format().IsFloat();
   variant.SlotTable = this->Atlas->Format().Relative;
   variant.Shade = request.Shade;
+  variant.Lights = request.Shade && !request.Lights.empty();
   variant.Interactive = !request.Converge;
   variant.Count = request.CountSamples;
   variant.ShowLevel = request.ShowLevel;
@@ -451,13 +452,22 @@ Status VolumeEngine::Render(const FrameRequest& request)
   {
     this->PinCoarsest();
   }
+  this->Marcher->SetLights(request.Shade
+      ? MakeLightTable(request.Lights, request.Camera.ViewFromWorld, geometry.Value().Rays,
+          request.Camera.Width, request.Camera.Height)
+      : std::vector<MarchParameters::Vec>());
+  if (!request.Lights.empty())
+  {
+    parameters.Normal = geometry.Value().ViewNormal;
+  }
   geometry.Value().Intervals.HasDepth = request.UseDepth;
   if (request.UseDepth)
   {
     this->Marcher->CopyDepth(*view, request.Framebuffer, request.X, request.Y);
   }
   const double start = Now();
-  Status status = this->Marcher->Begin(*view, parameters, geometry.Value().Intervals);
+  Status status =
+    this->Marcher->Begin(*view, parameters, geometry.Value().Intervals, geometry.Value().Planes);
   if (status)
   {
     status = this->RunPasses(request, *view, parameters, geometry.Value().Order);

@@ -597,8 +597,8 @@ teravox::LightInput ToLight(vtkLight* light)
   return result;
 }
 
-// One headlight is a case of its own, as in VTK: it lights by the ambient part of the material,
-// too.
+// One headlight of full intensity is a case of its own, as in VTK: there the ambient part of the
+// material is that of the colour, else of the lights.
 void SetMaterial(vtkRenderer* ren, vtkVolumeProperty* property, teravox::FrameRequest& request)
 {
   request.Shade = property->GetShade() != 0;
@@ -618,7 +618,7 @@ void SetMaterial(vtkRenderer* ren, vtkVolumeProperty* property, teravox::FrameRe
       continue;
     }
     headlight = headlight && request.Lights.empty() && light->LightTypeIsHeadlight() != 0 &&
-      light->GetPositional() == 0;
+      light->GetPositional() == 0 && light->GetIntensity() == 1;
     if (headlight)
     {
       for (std::size_t c = 0; c < 3; ++c)
@@ -630,6 +630,10 @@ void SetMaterial(vtkRenderer* ren, vtkVolumeProperty* property, teravox::FrameRe
       }
     }
     request.Lights.push_back(ToLight(light));
+  }
+  if (request.Lights.empty())
+  {
+    request.Material[0] = 0; // the ambient part is of a light, too
   }
   if (headlight)
   {

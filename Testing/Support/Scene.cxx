@@ -325,7 +325,8 @@ std::vector<TruthLights::Light> LightsOf(vtkRenderer* renderer)
     {
       continue;
     }
-    headlight = headlight && light->LightTypeIsHeadlight() != 0 && light->GetPositional() == 0;
+    headlight = headlight && light->LightTypeIsHeadlight() != 0 && light->GetPositional() == 0 &&
+      light->GetIntensity() == 1;
     const auto color = [&](const double* c) {
       return light->GetIntensity() * Double3{ c[0], c[1], c[2] };
     };

@@ -13,9 +13,9 @@
  * *Interactive*, a frame shows the best that is at hand within its time, and the frames that follow
  * refine it: the default of windows on a screen. See SetFrameTimeBudget().
  *
- * Needs OpenGL 4.3. Composite blending of scalar volumes with clipping planes, cropping and any lights;
- * every property of the base class that
- * isn't supported warns once by name when it is set to something else than its default.
+ * Needs OpenGL 4.3. Composite blending of scalar volumes with clipping planes, cropping and lights
+ * of all kinds; every property of the base class that isn't supported warns once by name when it is
+ * set to something else than its default.
  *
  * Thread: like all VTK mappers, used by the render thread only.
  */

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// Where each ray runs: up to two intervals of view depth per pixel, from the box of the volume, the
-// near plane and the depth of opaque geometry. The marcher only reads them.
+// Where each ray runs: an interval of view depth per pixel, from the box of the volume, the near
+// plane, the clipping planes and the depth of opaque geometry. The marcher only reads it.
 #include "Shared/Layout.glsl"
 #include "Variant.glsl"
 #include "Library/Bindings.glsl"
@@ -13,6 +13,12 @@ uniform vec2 u_nearFar;       // view depths
 uniform vec4 u_depthToView;   // view depth = (x + y * d) / (z + w * d), d = window depth in 0..1
 uniform int u_hasDepth;
 uniform int u_hasSlice; // positions hold, as floats, the depth at which a ray meets the slice
+uniform int u_planeCount;
+layout(std430, binding = 3) readonly buffer Planes
+{
+  vec4 b_planes[]; // two per clipping plane: distance at depth 0 and its change per depth, each at
+                   // pixel corner (0, 0), per pixel in x, in y
+};
 layout(binding = 0) uniform sampler2D u_depth; // of this viewport only
 
 const float SLICE_REACH = 1.0e-3;   // voxels
@@ -27,6 +33,17 @@ void main()
   vec3 b = (u_boxHigh - ray.origin) * ray.inverse;
   float first = max(Maximum(min(a, b)), u_nearFar.x);
   float last = min(Minimum(max(a, b)), u_nearFar.y);
+  // VTK's headlight doesn't know of clipping planes.
+  float lit = first;
+  vec3 place = vec3(1.0, gl_FragCoord.xy);
+  for (int i = 0; i < u_planeCount; ++i)
+  {
+    float from = dot(b_planes[2 * i].xyz, place);
+    float slope = dot(b_planes[2 * i + 1].xyz, place);
+    float cut = -from / slope;
+    first = slope > 0.0 ? max(first, cut) : first;
+    last = slope < 0.0 ? min(last, cut) : slope == 0.0 && from < 0.0 ? first : last;
+  }
   if (u_hasDepth != 0)
   {
     float d = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r;
@@ -45,5 +62,5 @@ void main()
     first = max(min(at, last - abs(last) * SLICE_LENGTH), first);
     last = met ? min(last, first + max(abs(first) * SLICE_LENGTH, 1.0e-30)) : -3.0e38;
   }
-  f_intervals = first < last ? vec4(first, last, 0.0, 0.0) : vec4(0.0);
+  f_intervals = first < last ? vec4(first, last, lit, 0.0) : vec4(0.0);
 }

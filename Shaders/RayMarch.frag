@@ -7,6 +7,7 @@
 #include "Variant.glsl"
 #include "Library/Bindings.glsl"
 #include "Library/Ray.glsl"
+#include "Library/Cut.glsl"
 #include "Library/Transfer.glsl"
 #include "Library/Atlas.glsl"
 #include "Library/Shade.glsl"
@@ -55,12 +56,11 @@ void main()
   State state;
   state.color = accumulated.rgb;
   state.transmittance = accumulated.a;
-  state.towardsLight = vec3(0.0, 0.0, 1.0);
 #if TERAVOX_SHADE
-  state.towardsLight = TowardsLight(ray, intervals.x);
+  state.light = LightOf(ray, intervals.z, gl_FragCoord.xy);
 #endif
 #if TERAVOX_BLEND
-  LoadProjection(accumulated, position.w, intervals.x < intervals.y || intervals.z < intervals.w);
+  LoadProjection(accumulated, position.w, intervals.x < intervals.y);
 #endif
   state.steps = 0u;
   state.samples = 0u;
@@ -86,8 +86,9 @@ void main()
     {
       break;
     }
-    float begin = interval == 0 ? intervals.x : intervals.z;
-    float end = interval == 0 ? intervals.y : intervals.w;
+    vec2 kept = KeptInterval(ray, intervals.xy, interval);
+    float begin = kept.x;
+    float end = kept.y;
     level = enter ? LevelAt(begin) : level;
     Level here = LoadLevel(level);
     float last = end;
@@ -227,7 +228,10 @@ void main()
       enter = !deeper;
       locate = true;
       interval += deeper ? 0 : 1;
-      status = interval > 1 ? STATUS_DONE : status;
+#if TERAVOX_BLEND == BLEND_ISOSURFACE
+      g_side = deeper ? g_side : -1; // what lies between two intervals is no surface
+#endif
+      status = interval >= IntervalCount() ? STATUS_DONE : status;
       level = deeper ? level + 1 : level;
     }
   }

@@ -20,6 +20,9 @@
 #ifndef TERAVOX_SHADE
 #define TERAVOX_SHADE 0 // Phong
 #endif
+#ifndef TERAVOX_LIGHTS
+#define TERAVOX_LIGHTS 0 // other lights than one headlight
+#endif
 #ifndef TERAVOX_INTERACTIVE
 #define TERAVOX_INTERACTIVE 0 // draw the finest resident ancestor of a missing brick; else wait
 #endif

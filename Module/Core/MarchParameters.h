@@ -53,7 +53,12 @@ struct MarchParameters
   Vec Projection{};
   std::array<Vec, MaximumIsoValues / 4> IsoValues{};
   std::array<Vec, MaximumIsoValues> IsoColors{};
+  std::array<Vec, 5> Crop{};
 };
+
+/// How far a clipping plane lies behind the ray of a pixel (x, y) at depth t, kept where it is not
+/// negative: (w0 + w1 x + w2 y) + t (w4 + w5 x + w6 y).
+using PlaneAlongRays = std::array<float, 8>;
 
 /// Where the rays of a picture may run.
 struct IntervalParameters

@@ -342,6 +342,22 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
     ToFloat(difference(Vector(datasetFromView, alongX.Direction), v, w)),
     ToFloat(difference(Vector(datasetFromView, alongY.Direction), v, h)) };
 
+  const std::array<const ViewRay*, 3> steps{ &corner, &alongX, &alongY };
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    const double by = k == 0 ? 0 : k == 1 ? w : h;
+    for (std::size_t a = 0; a < 3; ++a)
+    {
+      const auto at = [&](const ViewRay& r)
+      { return r.Origin[a] + r.Direction[a] * g.DepthOrigin; };
+      g.Rays.Origin[k][a] = k == 0 ? at(corner) : (at(*steps[k]) - at(corner)) / by;
+      g.Rays.Direction[k][a] =
+        k == 0 ? corner.Direction[a] : (steps[k]->Direction[a] - corner.Direction[a]) / by;
+    }
+  }
+  g.Planes = MakePlanes(input.ClipPlanes, g.Rays, worldFromView.Value());
+  SetCrop(g.Parameters, input.Crop, input.DatasetFromVoxel, anchor);
+
   // Width of a pixel in view space; view space has the world's unit.
   const double widthAt0 = parallel ? Length(difference(alongX.Origin, corner.Origin, w)) : 0.0;
   const double widthPerDepth =
@@ -402,6 +418,7 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
     for (std::size_t j = 0; j < 3; ++j)
     {
       g.Parameters.Normal[i][j] = static_cast<float>(voxelFromDataset.Value()[4 * j + i] * unit);
+      g.ViewNormal[i][j] = static_cast<float>(voxelFromView[4 * j + i] * unit);
       g.Parameters.Dataset[i][j] = static_cast<float>(input.DatasetFromVoxel[4 * i + j] / unit);
     }
   }

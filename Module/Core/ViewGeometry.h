@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "CutSetup.h"
 #include "MarchParameters.h"
 #include "PyramidLayout.h"
 #include "Residency.h"
 
 #include <array>
+#include <vector>
 
 namespace teravox
 {
@@ -30,6 +32,8 @@ struct ViewInput
   int MinimumLevel = 0;
   int MaximumLevel = 31;
   bool CellData = false; ///< the box covers whole voxels, else it ends at outer centres
+  std::vector<ClipPlane> ClipPlanes;
+  CropRegions Crop;
 };
 
 /// The depths at which lambda changes: Start[l] is the least view depth at which level l is coarse
@@ -49,10 +53,15 @@ struct ViewGeometry
 {
   MarchParameters Parameters; ///< rays, anchor, levels; the rest is left as it is
   IntervalParameters Intervals;
+  std::vector<PlaneAlongRays> Planes; ///< that cut the intervals
   LevelDepths Levels;
   ViewOrder Order;
   /// Depths along the rays are view depths minus this: where the volume begins, or the near plane.
   double DepthOrigin = 0;
+  /// MarchParameters::Normal for lights in view space.
+  std::array<MarchParameters::Vec, 3> ViewNormal{};
+  /// The rays in view space.
+  ViewRays Rays;
   /// Shortest edge of a level-0 voxel, world units.
   double SmallestEdge = 1;
 

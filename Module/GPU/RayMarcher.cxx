@@ -8,11 +8,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 namespace teravox
 {
 
-static_assert(sizeof(MarchParameters) == 16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1 + 1 + 64 + 256),
+static_assert(sizeof(MarchParameters) == 16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1 + 1 + 64 + 256 + 5),
   "the uniform block of Shaders/Library/Bindings.glsl has no padding");
 
 static_assert(shared::MAXIMUM_ISO_VALUES == MarchParameters::MaximumIsoValues);
@@ -156,13 +157,15 @@ void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
 }
 
 Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
-  const IntervalParameters& intervals, const std::vector<float>& slice)
+  const IntervalParameters& intervals, const std::vector<PlaneAlongRays>& planes,
+  const std::vector<float>& slice)
 {
   view.ActiveTiles = TilesOf(intervals.Rectangle);
   if (view.IsNative())
   {
     view.Native.Clear();
     this->Intervals = intervals;
+    this->Planes = planes;
     if (!slice.empty())
     {
       view.Native.SetSlice(slice, intervals);
@@ -192,6 +195,14 @@ Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
     glTexSubImage2D(
       GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_RED_INTEGER, GL_INT, slice.data());
   }
+  glUniform1i(p.Uniform("u_planeCount"), static_cast<GLint>(planes.size()));
+  GLBuffer planeBuffer;
+  if (!planes.empty())
+  {
+    planeBuffer = GLBuffer(this->Memory, GL_SHADER_STORAGE_BUFFER,
+      planes.size() * sizeof(PlaneAlongRays), planes.data(), GL_STREAM_DRAW);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, planeBuffer.Id());
+  }
   view.Depth.Bind(0);
   glBindFramebuffer(GL_FRAMEBUFFER, view.IntervalTarget.Id());
   glBindVertexArray(this->Vertices.Id());
@@ -209,15 +220,23 @@ Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
   return {};
 }
 
+void RayMarcher::SetLights(std::vector<MarchParameters::Vec> table)
+{
+  this->Lights = std::move(table);
+}
+
 PassResult RayMarcher::DrawNativePass(ViewState& view, const BrickAtlas& atlas,
   const PageTable& table, const MarchParameters& parameters, const ShaderVariant& variant)
 {
   NativeScene scene;
   scene.Parameters = &parameters;
   scene.Intervals = &this->Intervals;
+  scene.Planes = this->Planes.empty() ? nullptr : this->Planes.front().data();
+  scene.NumberOfPlanes = static_cast<int>(this->Planes.size());
   SetTables(scene, *this->Table, this->TableVersion);
   SetAtlas(scene, *atlas.Native(), table, atlas.Format());
   SetView(scene, view.Native, view.Width(), view.Height());
+  scene.Lights = this->Lights.empty() ? nullptr : this->Lights.data();
   scene.Nearest = variant.Nearest;
   scene.FixedStep = variant.FixedStep;
   scene.Shade = variant.Shade;
@@ -272,6 +291,18 @@ Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas
   if (variant.Estimate)
   {
     glBindImageTexture(2, view.Error.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R32F);
+  }
+  if (variant.Lights)
+  {
+    const std::size_t bytes = this->Lights.size() * sizeof(this->Lights[0]);
+    if (this->LightBuffer.Size() != bytes)
+    {
+      this->LightBuffer.Release();
+      this->LightBuffer =
+        GLBuffer(this->Memory, GL_SHADER_STORAGE_BUFFER, bytes, nullptr, GL_DYNAMIC_DRAW);
+    }
+    this->LightBuffer.Write(0, bytes, this->Lights.data());
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 4, this->LightBuffer.Id());
   }
   atlas.Bind();
   this->TransferTexture.Bind(1);

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 namespace teravox
 {
@@ -37,7 +38,9 @@ public:
   /// depth along its ray at which it meets the slice to be drawn, NaN if it doesn't; empty for
   /// blend modes without one.
   Status Begin(ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals,
-    const std::vector<float>& slice = {});
+    const std::vector<PlaneAlongRays>& planes, const std::vector<float>& slice = {});
+  /// LightTable of the picture under way (see LightSetup.h); empty: one headlight.
+  void SetLights(std::vector<MarchParameters::Vec> table);
   /// One pass over the active tiles.
   Result<PassResult> DrawPass(ViewState& view, const BrickAtlas& atlas, const PageTable& table,
     MarchParameters& parameters, const ShaderVariant& variant);
@@ -61,8 +64,11 @@ private:
   const TransferTable* Table = nullptr;
   std::uint32_t TableVersion = 0; ///< counts the tables; never 0 once there is one
   NativeMarcher Native;
-  IntervalParameters Intervals; ///< of the picture under way, for the native marcher
+  IntervalParameters Intervals;       ///< of the picture under way, for the native marcher
+  std::vector<PlaneAlongRays> Planes; ///< likewise
+  std::vector<MarchParameters::Vec> Lights;
   GLBuffer Uniforms;
+  GLBuffer LightBuffer;
   GLBuffer TransferBuffer;
   GLTexture TransferTexture;
   GLBuffer ColorBuffer;

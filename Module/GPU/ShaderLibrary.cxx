@@ -21,12 +21,13 @@ struct Feature
   const char* Name;
   bool ShaderVariant::*Member;
 };
-constexpr std::array<Feature, 10> Features = { {
+constexpr std::array<Feature, 11> Features = { {
   { "TERAVOX_NEAREST", &ShaderVariant::Nearest },
   { "TERAVOX_FIXED_STEP", &ShaderVariant::FixedStep },
   { "TERAVOX_FLOAT_DATA", &ShaderVariant::FloatData },
   { "TERAVOX_SLOT_TABLE", &ShaderVariant::SlotTable },
   { "TERAVOX_SHADE", &ShaderVariant::Shade },
+  { "TERAVOX_LIGHTS", &ShaderVariant::Lights },
   { "TERAVOX_INTERACTIVE", &ShaderVariant::Interactive },
   { "TERAVOX_SUBSTITUTE", &ShaderVariant::Substitute },
   { "TERAVOX_COUNT", &ShaderVariant::Count },
@@ -128,9 +129,10 @@ std::vector<ShaderVariant> ShaderVariant::All()
       variant.*Features[i].Member = (key >> i & 1u) != 0;
     }
     // Nearest interpolation has its own cuts; an interactive variant substitutes anyway; the debug
-    // picture is neither lit nor wrong.
+    // picture is neither lit nor wrong; lights are there to shade.
     if ((variant.Nearest && variant.FixedStep) || (variant.Interactive && variant.Substitute) ||
-      (variant.ShowLevel && (variant.Shade || variant.Estimate)))
+      (variant.ShowLevel && (variant.Shade || variant.Estimate)) ||
+      (variant.Lights && !variant.Shade))
     {
       continue;
     }

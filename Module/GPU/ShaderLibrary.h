@@ -20,6 +20,7 @@ struct ShaderVariant
   bool FloatData = false;
   bool SlotTable = false;
   bool Shade = false;
+  bool Lights = false;
   bool Interactive = false;
   bool Substitute = false;
   bool Count = false;

@@ -293,7 +293,7 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
     static_cast<float>(format.Offset), 0.0f, 0.0f };
   parameters.Transfer = TransferParameters(this->Transfer);
   parameters.Step = StepParameters(request.SampleDistance, request.Tolerance, this->Looseness);
-  parameters.Switches = { request.EmptySpaceSkipping ? 1u : 0u, 0u, 0u, 0u };
+  parameters.Switches[0] = request.EmptySpaceSkipping ? 1u : 0u;
   parameters.Limits[0] = MostSteps;
   parameters.Material = request.Material;
   parameters.LightDiffuse = { request.LightDiffuse[0], request.LightDiffuse[1],
@@ -338,12 +338,12 @@ Status VolumeEngine::RunPasses(
   ShaderVariant variant;
   variant.Nearest = request.Nearest;
   variant.Blend = request.Blend.Kind;
-  const bool isComposite = isComposite;
-  variant.FixedStep =
-    !request.Nearest && request.Tolerance <= 0 && variant.Blend == BlendKind::Composite;
+  const bool isComposite = variant.Blend == BlendKind::Composite;
+  variant.FixedStep = !request.Nearest && request.Tolerance <= 0 && isComposite;
   variant.FloatData = this->Atlas->Format().IsFloat();
   variant.SlotTable = this->Atlas->Format().Relative;
   variant.Shade = request.Shade && (isComposite || variant.Blend == BlendKind::Isosurface);
+  variant.Lights = variant.Shade && !request.Lights.empty();
   variant.Interactive = !request.Converge;
   variant.Count = request.CountSamples;
   variant.ShowLevel = request.ShowLevel;
@@ -477,6 +477,14 @@ Status VolumeEngine::Render(const FrameRequest& request)
   {
     this->PinCoarsest();
   }
+  this->Marcher->SetLights(request.Shade
+      ? MakeLightTable(request.Lights, request.Camera.ViewFromWorld, geometry.Value().Rays,
+          request.Camera.Width, request.Camera.Height)
+      : std::vector<MarchParameters::Vec>());
+  if (!request.Lights.empty())
+  {
+    parameters.Normal = geometry.Value().ViewNormal;
+  }
   geometry.Value().Intervals.HasDepth = request.UseDepth;
   if (request.UseDepth)
   {
@@ -493,7 +501,8 @@ Status VolumeEngine::Render(const FrameRequest& request)
       slice[i] = static_cast<float>((*request.SliceDepths)[i] - geometry.Value().DepthOrigin);
     }
   }
-  Status status = this->Marcher->Begin(*view, parameters, geometry.Value().Intervals, slice);
+  Status status = this->Marcher->Begin(
+    *view, parameters, geometry.Value().Intervals, geometry.Value().Planes, slice);
   if (status)
   {
     status = this->RunPasses(request, *view, parameters, geometry.Value().Order);

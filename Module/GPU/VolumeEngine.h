@@ -6,6 +6,7 @@
 #include "BrickCache.h"
 #include "BrickLoader.h"
 #include "BrickSource.h"
+#include "LightSetup.h"
 #include "Projection.h"
 #include "RayMarcher.h"
 #include "Residency.h"
@@ -59,9 +60,10 @@ struct FrameRequest
   std::array<float, 3> LightDiffuse{ 1, 1, 1 };
   std::array<float, 3> LightSpecular{ 1, 1, 1 };
   bool TwoSided = true;
-  double Tolerance = 1.0 / 255; ///< epsilon; 0: SampleDistance rules
-  double SampleDistance = 1;    ///< world units
-  double ShortestLength = 1e-3; ///< a wall (opacity 1) of this world length lets nothing pass
+  std::vector<LightInput> Lights; ///< instead of one headlight
+  double Tolerance = 1.0 / 255;   ///< epsilon; 0: SampleDistance rules
+  double SampleDistance = 1;      ///< world units
+  double ShortestLength = 1e-3;   ///< a wall (opacity 1) of this world length lets nothing pass
   bool EmptySpaceSkipping = true;
   bool CountSamples = false;
   bool ShowLevel = false;

@@ -28,6 +28,7 @@ constexpr int MacroEdge = NativeScene::MacroEdge;
 #include "KernelVector.h"
 #include "KernelTransfer.h"
 #include "KernelRay.h"
+#include "KernelCut.h"
 #include "KernelCells.h"
 #include "KernelLight.h"
 #include "KernelProjectionState.h"
@@ -47,16 +48,22 @@ enum Status : std::int32_t
   StatusLocate = 3 // at the begin of the level
 };
 
-// The interval of view depth from the box, the near plane and opaque depth (Intervals.frag).
+// The interval of view depth from the box, the near plane, clipping planes and opaque depth
+// (Intervals.frag). `lit`: where a light at the eye is taken; VTK's doesn't know of clipping
+// planes.
 inline bool FindInterval(
-  const NativeScene& scene, const Ray& ray, std::size_t pixel, float& first, float& last)
+  const NativeScene& scene, const Ray& ray, int x, int y, float& first, float& last, float& lit)
 {
   const IntervalParameters& v = *scene.Intervals;
+  const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(scene.Width) +
+    static_cast<std::size_t>(x);
   const Quad a = (Quad{ v.BoxLow[0], v.BoxLow[1], v.BoxLow[2], 0.0f } - ray.Origin) * ray.Inverse;
   const Quad b =
     (Quad{ v.BoxHigh[0], v.BoxHigh[1], v.BoxHigh[2], 0.0f } - ray.Origin) * ray.Inverse;
   first = Max(Largest(a < b ? a : b), v.Near);
   last = Min(LeastOfThree(a < b ? b : a)[0], v.Far);
+  lit = first;
+  ClipInterval(scene, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, first, last);
   if (scene.Blend == BlendKind::Slice)
   {
     return NarrowToSlice(scene, ray, pixel, first, last);
@@ -160,6 +167,7 @@ struct Position
 {
   Index Brick;
   int Level;
+  int Interval;
   std::int32_t Status;
 };
 
@@ -274,7 +282,7 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   Position at{ Index{ static_cast<std::uint32_t>(position[0]),
                  static_cast<std::uint32_t>(position[1]), static_cast<std::uint32_t>(position[2]),
                  0 },
-    position[3] & 255, (position[3] >> 16) & 3 };
+    position[3] & 255, (position[3] >> 8) & 255, (position[3] >> 16) & 3 };
   if (at.Status == StatusDone)
   {
     return;
@@ -282,7 +290,8 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   const Ray ray = MakeRay(p, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
   float first = 0;
   float last = 0;
-  if (!FindInterval(scene, ray, pixel, first, last))
+  float lit = 0;
+  if (!FindInterval(scene, ray, x, y, first, last, lit))
   {
     position[3] = StatusDone << 16;
     return;
@@ -295,16 +304,23 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   }
   if (scene.Shade)
   {
-    c.TowardsLight = TowardsLight(p, ray, first);
+    c.Light.Towards = TowardsLight(p, ray, lit);
+    if (c.Light.Lights != nullptr)
+    {
+      SetRayLight(c.Light, ray, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+    }
   }
   c.Steps = 0;
   bool waiting = false;
   while (at.Status != StatusDone && !waiting && c.Steps < p.Limits[0])
   {
-    at.Level = at.Status == StatusNew ? LevelAt(p, first) : at.Level;
+    float from = first;
+    float to = last;
+    KeepInterval(p, ray, at.Interval, from, to);
+    at.Level = at.Status == StatusNew ? LevelAt(p, from) : at.Level;
     const Level here = LoadLevel(p, at.Level);
-    const float begin = Max(first, here.Begin);
-    float end = Min(last, here.End);
+    const float begin = Max(from, here.Begin);
+    float end = Min(to, here.End);
     if (at.Status != StatusRunning)
     {
       at.Brick = BrickAt(p, ray, here, begin);
@@ -318,9 +334,12 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
     }
     else if (finished)
     {
-      // The next level, if the interval goes on there.
-      const bool deeper = end == here.End && here.End < last;
-      at.Status = deeper ? StatusLocate : StatusDone;
+      // The next level, if the interval goes on there; else the next interval.
+      const bool deeper = end == here.End && here.End < to;
+      at.Interval += deeper ? 0 : 1;
+      // What lies between two intervals is no surface.
+      c.Projection.Side = deeper ? c.Projection.Side : -1;
+      at.Status = deeper ? StatusLocate : at.Interval < IntervalCount(p) ? StatusNew : StatusDone;
       at.Level += deeper ? 1 : 0;
     }
   }
@@ -340,7 +359,7 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   position[0] = static_cast<std::int32_t>(at.Brick[0]);
   position[1] = static_cast<std::int32_t>(at.Brick[1]);
   position[2] = static_cast<std::int32_t>(at.Brick[2]);
-  position[3] = at.Level | at.Status << 16 | side;
+  position[3] = at.Level | at.Interval << 8 | at.Status << 16 | side;
   if (at.Status != StatusDone)
   {
     report.Waiting = report.Waiting || waiting;
@@ -361,7 +380,7 @@ void MarchTile(
   const NativeScene& scene, int left, int bottom, int right, int top, NativeReport& report)
 {
   const MarchParameters& p = *scene.Parameters;
-  Context c{ scene, p, TableOf(scene), Quad{ 0.0f, 0.0f, 1.0f, 0.0f }, 0, 0, 0, {}, {} };
+  Context c{ scene, p, TableOf(scene), MakeRayLight(scene), 0, 0, 0, {}, {} };
   for (int y = bottom; y < top; ++y)
   {
     for (int x = left; x < right; ++x)

@@ -114,6 +114,7 @@ __attribute__((noinline)) void IntegrateLinear(
   s.Length = passed * ray.World;
   if constexpr (Shade)
   {
+    s.Begin = v.Begin;
     s.Light = LoadGradient<T>(view, v.At, k, w, d);
     const auto scale = [](const Cubic& g, float f) -> Cubic {
       return { g.A * f, g.B * f, g.C * f, g.D * f };
@@ -154,7 +155,7 @@ __attribute__((noinline)) void IntegrateNearest(
     };
     const Normal<Floats> normal = NormalOf(c.P, difference(1, view.PerVoxelX),
       difference(view.Edge, view.PerVoxelY), difference(view.Edge * view.Edge, view.PerVoxelZ));
-    color = LitColor(c.P, color, normal, c.TowardsLight);
+    color = LitColor(c.P, color, normal, c.Light, 0.5f * (v.Begin + v.End));
   }
   Quad colors[Lanes];
   ToQuads(color, OpacityOf(depth), colors);
@@ -230,7 +231,8 @@ void IntegrateBrick(
   const float voxel = VoxelDepth(w);
   float spanStep = FirstStep * voxel;
   // Not where voxels may have no value: samples could miss them.
-  float spansFrom = Nearest || sizeof(T) == 4 ? t1 : t0;
+  // Nor where a light may have an edge between them.
+  float spansFrom = Nearest || sizeof(T) == 4 || (Shade && c.Light.Positional) ? t1 : t0;
   int spansLeft = MostFailures;
   // A gradient reaches further than the values of a cell.
   constexpr bool uniformToo = !Shade;

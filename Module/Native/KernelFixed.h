@@ -44,8 +44,9 @@ void IntegrateFixed(
     Color<Floats> color = Mix(TransferColor(c.Table, a.X), TransferColor(c.Table, b.X), gathered);
     if constexpr (Shade)
     {
-      const Places gatheredAt = PlacesAt<T>(c, view, w, begin + length * gathered);
-      color = LitColor(c.P, color, NormalAt<T>(c, view, gatheredAt), c.TowardsLight);
+      const Floats at = begin + length * gathered;
+      const Places gatheredAt = PlacesAt<T>(c, view, w, at);
+      color = LitColor(c.P, color, NormalAt<T>(c, view, gatheredAt), c.Light, at);
     }
     Quad colors[Lanes];
     ToQuads(color, opacity, colors);

@@ -48,7 +48,7 @@ struct Context
   const NativeScene& Scene;
   const MarchParameters& P;
   Transfer Table;
-  Quad TowardsLight;
+  RayLight Light;
   std::uint32_t Steps;        // of this pass
   std::uint64_t Samples;      // cells or segments looked at
   std::uint64_t Contributing; // of them
@@ -85,6 +85,7 @@ struct Segments
   Cubic Field;    // in nodes of the transfer table
   Gradient Light; // in data per voxel of level 0; of shaded pictures only
   Floats Length;  // world units
+  Floats Begin;   // depth; of shaded pictures only
 };
 
 // Eight pieces. Error: what accepting a piece costs per transmittance before it, less what it may
@@ -217,9 +218,11 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
   {
     const Normal<Floats> normalA = NormalAt(c, s, from);
     const Normal<Floats> normalB = NormalAt(c, s, to);
-    const Color<Floats> litA = LitColor(c.P, colorA, normalA, c.TowardsLight);
-    const Color<Floats> litB = LitColor(c.P, colorB, normalB, c.TowardsLight);
-    color = LitColor(c.P, color, NormalAt(c, s, from + size * gathered), c.TowardsLight);
+    const Floats extent = s.Length * c.Light.PerWorld;
+    const Floats at = from + size * gathered;
+    const Color<Floats> litA = LitColor(c.P, colorA, normalA, c.Light, s.Begin + from * extent);
+    const Color<Floats> litB = LitColor(c.P, colorB, normalB, c.Light, s.Begin + to * extent);
+    color = LitColor(c.P, color, NormalAt(c, s, at), c.Light, s.Begin + at * extent);
     // Where there is none at one end, as where values saturate, it usually has one direction still.
     const Ints both = (Abs(normalA.X) + Abs(normalA.Y) + Abs(normalA.Z) > 0.0f) &
       (Abs(normalB.X) + Abs(normalB.Y) + Abs(normalB.Z) > 0.0f);
@@ -245,6 +248,7 @@ struct Rows
   Quad Field[Lanes];
   Quad Light[Shade ? 3 : 1][Lanes];
   float Length[Lanes];
+  float Begin[Lanes];
 };
 
 TERAVOX_INLINE void ToRows(const Cubic& c, Quad (&rows)[Lanes])
@@ -271,6 +275,7 @@ TERAVOX_INLINE Rows<Shade> RowsOf(const Segments& s)
     ToRows(s.Light.X, rows.Light[0]);
     ToRows(s.Light.Y, rows.Light[1]);
     ToRows(s.Light.Z, rows.Light[2]);
+    __builtin_memcpy(rows.Begin, &s.Begin, sizeof(rows.Begin));
   }
   __builtin_memcpy(rows.Length, &s.Length, sizeof(rows.Length));
   return rows;
@@ -289,6 +294,10 @@ TERAVOX_INLINE Segments Choose(const Rows<Shade>& rows, const int (&lanes)[Lanes
   for (int l = 0; l < Lanes; ++l)
   {
     s.Length[l] = rows.Length[lanes[l]];
+    if constexpr (Shade)
+    {
+      s.Begin[l] = rows.Begin[lanes[l]];
+    }
   }
   return s;
 }
@@ -468,7 +477,7 @@ inline void IntegrateConstant(
   Color<float> color = TransferColor(c.Table, position);
   if (c.Scene.Shade)
   {
-    color = LitColor(c.P, color, Normal<float>{ 0.0f, 0.0f, 0.0f }, c.TowardsLight);
+    color = LitColor(c.P, color, Normal<float>{ 0.0f, 0.0f, 0.0f }, c.Light, t0);
   }
   const float opacity = OpacityOf(depth);
   Accumulate(

@@ -190,14 +190,15 @@ inline Found FindBrick(Context& c, const Level& level, Index brick)
     [&](bool none, float from, float to) { return SkipsRange(c, none, from, to); });
 }
 
-// A surface, where its normal is known.
-inline void TakeSurface(Context& c, State& state, std::int32_t i, const Normal<float>& normal)
+// A surface at a depth of the ray, where its normal is known.
+inline void TakeSurface(
+  Context& c, State& state, std::int32_t i, const Normal<float>& normal, float t)
 {
   const Vec& v = c.P.IsoColors[static_cast<std::size_t>(i)];
   Color<float> color{ v[0], v[1], v[2] };
   if (c.Scene.Shade)
   {
-    color = LitColor(c.P, color, normal, c.TowardsLight);
+    color = LitColor(c.P, color, normal, c.Light, t);
   }
   Accumulate(state, v[3], Quad{ color.Red, color.Green, color.Blue, 0.0f });
   c.Contributing += 1;
@@ -205,7 +206,7 @@ inline void TakeSurface(Context& c, State& state, std::int32_t i, const Normal<f
 
 // From the side where a ray is to that of a value, where the field jumps or is known not to.
 template <typename NormalHere>
-inline void JumpTo(Context& c, State& state, float node, const NormalHere& normal)
+inline void JumpTo(Context& c, State& state, float node, const NormalHere& normal, float t)
 {
   std::int32_t& side = c.Projection.Side;
   if (side < 0)
@@ -216,7 +217,7 @@ inline void JumpTo(Context& c, State& state, float node, const NormalHere& norma
   while (!IsOver(c, state) && (IsAbove(c, side, node) || IsBelow(c, side, node)))
   {
     const bool up = IsAbove(c, side, node);
-    TakeSurface(c, state, up ? side : side - 1, normal());
+    TakeSurface(c, state, up ? side : side - 1, normal(), t);
     side += up ? 1 : -1;
   }
 }
@@ -267,7 +268,12 @@ inline void ProjectConstant(
       c.Projection.Sum += SampleTransfer(c.Table, node).S * length;
       break;
     case BlendKind::Isosurface:
-      JumpTo(c, state, node, [] { return Normal<float>{ 0.0f, 0.0f, 0.0f }; });
+      JumpTo(
+        c, state, node,
+        [] {
+          return Normal<float>{ 0.0f, 0.0f, 0.0f };
+        },
+        t0);
       break;
     default:
       TakeSlice(c, state, node);

@@ -206,7 +206,9 @@ TERAVOX_INLINE void ProjectSurfaces(Context& c, State& state, const BrickView& v
                            : Normal<float>{ 0.0f, 0.0f, 0.0f };
     };
     const auto valueAt = [&](float u) { return Min(Max(lane.At(u), least), largest); };
-    JumpTo(c, state, valueAt(0.0f), [&] { return normalAt(0.0f); });
+    const auto depthAt = [&](float u) { return v.Begin[l] + u * (v.End[l] - v.Begin[l]); };
+    JumpTo(
+      c, state, valueAt(0.0f), [&] { return normalAt(0.0f); }, depthAt(0.0f));
     float begin = 0.0f;
     const float ends[3] = { turns.First[l], turns.Second[l], 1.0f };
     for (const float end : ends)
@@ -217,7 +219,7 @@ TERAVOX_INLINE void ProjectSurfaces(Context& c, State& state, const BrickView& v
         const bool up = IsAbove(c, side, value);
         const std::int32_t i = up ? side : side - 1;
         begin = MeetingPoint(lane, begin, end, IsoValue(c, i), up);
-        TakeSurface(c, state, i, normalAt(begin));
+        TakeSurface(c, state, i, normalAt(begin), depthAt(begin));
         side += up ? 1 : -1;
       }
       begin = end;
@@ -414,7 +416,7 @@ __attribute__((noinline)) void ProjectNearest(
         return NormalOf(c.P, difference(1, view.PerVoxelX), difference(view.Edge, view.PerVoxelY),
           difference(std::ptrdiff_t{ view.Edge } * view.Edge, view.PerVoxelZ));
       };
-      JumpTo(c, state, node[l], normal);
+      JumpTo(c, state, node[l], normal, v.Begin[l]);
     }
     else
     {

@@ -196,7 +196,7 @@ __attribute__((noinline)) float IntegrateSpan(Context& c, State& state, const Ra
   if constexpr (Shade)
   {
     const Normal<Floats> n = NormalAt<T>(c, view, places);
-    colorA = LitColor(c.P, colorA, n, c.TowardsLight);
+    colorA = LitColor(c.P, colorA, n, c.Light, t0 + step * steps);
     turned = one - ((n.X * Ahead<1>(n.X) + n.Y * Ahead<1>(n.Y)) + n.Z * Ahead<1>(n.Z));
   }
   const Sample<Floats> b = Ahead<1>(a);

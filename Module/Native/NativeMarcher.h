@@ -19,7 +19,7 @@ namespace teravox
 struct NativeView
 {
   std::vector<float> Color;           ///< premultiplied colour, transmittance
-  std::vector<std::int32_t> Position; ///< brick; level | status << 16
+  std::vector<std::int32_t> Position; ///< brick; level | interval << 8 | status << 16
   std::vector<float> Depth;           ///< opaque depth, 0..1
   std::vector<float> Error;           ///< what the colour may be off; empty if nobody asks
 

@@ -17,6 +17,9 @@ struct NativeScene
   static constexpr int MacroEdge = 4; ///< cells along each axis whose bits are one word
   const MarchParameters* Parameters = nullptr;
   const IntervalParameters* Intervals = nullptr;
+  const float* Planes = nullptr; ///< PlaneAlongRays, one after the other
+  int NumberOfPlanes = 0;
+  const MarchParameters::Vec* Lights = nullptr; ///< see LightSetup.h; null: one headlight
 
   const std::uint8_t* Voxels = nullptr; ///< slot after slot, x fastest; readable 8 bytes around
   const std::uint8_t* Cells = nullptr;  ///< least and largest texel per cell of CellEdge^3 voxels
@@ -40,7 +43,7 @@ struct NativeScene
   int Width = 0; ///< pixels
   int Height = 0;
   float* Color = nullptr;           ///< premultiplied colour, transmittance
-  std::int32_t* Position = nullptr; ///< brick; level | status << 16
+  std::int32_t* Position = nullptr; ///< brick; level | interval << 8 | status << 16
   const float* Depth = nullptr;     ///< opaque depth, 0..1
   float* Error = nullptr;           ///< estimate of the colour's error so far, or nothing
 

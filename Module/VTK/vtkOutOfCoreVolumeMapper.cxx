@@ -27,6 +27,7 @@
 #include "vtkOpenGLShaderCache.h"
 #include "vtkOpenGLState.h"
 #include "vtkPiecewiseFunction.h"
+#include "vtkPlane.h"
 #include "vtkPlaneCollection.h"
 #include "vtkPointData.h"
 #include "vtkRenderWindow.h"
@@ -524,8 +525,6 @@ std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeP
   check(m->GetBlendMode() < vtkVolumeMapper::COMPOSITE_BLEND ||
       m->GetBlendMode() > vtkVolumeMapper::SLICE_BLEND,
     "BlendMode");
-  check(m->GetCropping() != 0, "Cropping");
-  check(m->GetClippingPlanes() && m->GetClippingPlanes()->GetNumberOfItems() > 0, "ClippingPlanes");
   check(m->GetMaskInput() != nullptr, "MaskInput");
   check(m->GetMaskType() != vtkGPUVolumeRayCastMapper::LabelMapMaskType, "MaskType");
   check(m->GetMaskBlendFactor() != 1.0f, "MaskBlendFactor");
@@ -602,8 +601,49 @@ teravox::Projection MakeProjection(vtkOutOfCoreVolumeMapper* m, vtkVolumePropert
   return projection;
 }
 
-void SetMaterial(
-  vtkRenderer* ren, vtkVolumeProperty* property, teravox::FrameRequest& request, bool& otherLights)
+void SetCuts(vtkOutOfCoreVolumeMapper* mapper, teravox::ViewInput& view)
+{
+  if (vtkPlaneCollection* planes = mapper->GetClippingPlanes())
+  {
+    vtkCollectionSimpleIterator it = nullptr;
+    planes->InitTraversal(it);
+    while (vtkPlane* plane = planes->GetNextPlane(it))
+    {
+      const double* o = plane->GetOrigin();
+      const double* n = plane->GetNormal();
+      view.ClipPlanes.push_back({ { o[0], o[1], o[2] }, { n[0], n[1], n[2] } });
+    }
+  }
+  view.Crop.On = mapper->GetCropping() != 0;
+  view.Crop.Flags = static_cast<std::uint32_t>(mapper->GetCroppingRegionFlags());
+  std::copy_n(mapper->GetCroppingRegionPlanes(), 6, view.Crop.Planes.begin());
+}
+
+teravox::LightInput ToLight(vtkLight* light)
+{
+  teravox::LightInput result;
+  double position[3];
+  double focus[3];
+  light->GetTransformedPosition(position);
+  light->GetTransformedFocalPoint(focus);
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    result.Ambient[a] = light->GetAmbientColor()[a] * light->GetIntensity();
+    result.Diffuse[a] = light->GetDiffuseColor()[a] * light->GetIntensity();
+    result.Specular[a] = light->GetSpecularColor()[a] * light->GetIntensity();
+    result.Position[a] = position[a];
+    result.Direction[a] = focus[a] - position[a];
+    result.Attenuation[a] = light->GetAttenuationValues()[a];
+  }
+  result.Positional = light->GetPositional() != 0;
+  result.ConeAngle = light->GetConeAngle();
+  result.Exponent = light->GetExponent();
+  return result;
+}
+
+// One headlight of full intensity is a case of its own, as in VTK: there the ambient part of the
+// material is that of the colour, else of the lights.
+void SetMaterial(vtkRenderer* ren, vtkVolumeProperty* property, teravox::FrameRequest& request)
 {
   request.Shade = property->GetShade() != 0;
   request.Material = { static_cast<float>(property->GetAmbient()),
@@ -612,8 +652,7 @@ void SetMaterial(
   request.TwoSided = ren->GetTwoSidedLighting() != 0;
   request.LightDiffuse = { 0, 0, 0 };
   request.LightSpecular = { 0, 0, 0 };
-  int lights = 0;
-  otherLights = false;
+  bool headlight = true;
   vtkCollectionSimpleIterator it = nullptr;
   ren->GetLights()->InitTraversal(it);
   while (vtkLight* light = ren->GetLights()->GetNextLight(it))
@@ -622,8 +661,9 @@ void SetMaterial(
     {
       continue;
     }
-    otherLights = otherLights || lights > 0 || !light->LightTypeIsHeadlight();
-    if (lights++ == 0)
+    headlight = headlight && request.Lights.empty() && light->LightTypeIsHeadlight() != 0 &&
+      light->GetPositional() == 0 && light->GetIntensity() == 1;
+    if (headlight)
     {
       for (std::size_t c = 0; c < 3; ++c)
       {
@@ -633,6 +673,15 @@ void SetMaterial(
           static_cast<float>(light->GetSpecularColor()[c] * light->GetIntensity());
       }
     }
+    request.Lights.push_back(ToLight(light));
+  }
+  if (request.Lights.empty())
+  {
+    request.Material[0] = 0; // the ambient part is of a light, too
+  }
+  if (headlight)
+  {
+    request.Lights.clear();
   }
 }
 } // namespace
@@ -785,15 +834,9 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   request.Camera.MinimumLevel = this->MinimumLevel;
   request.Camera.MaximumLevel = this->MaximumLevel;
   request.Camera.CellData = drawn.CellData;
+  SetCuts(this, request.Camera);
   request.Nearest = property->GetInterpolationType() == VTK_NEAREST_INTERPOLATION;
-  bool otherLights = false;
-  SetMaterial(ren, property, request, otherLights);
-  if (request.Shade && otherLights && in.Warned.insert("Lights").second)
-  {
-    vtkWarningMacro(
-      "Lights other than one headlight aren't supported by out-of-core rendering yet; "
-      "the first one is taken as a headlight.");
-  }
+  SetMaterial(ren, property, request);
   request.Tolerance = this->ImageErrorTolerance;
   request.SampleDistance = static_cast<double>(this->SampleDistance);
   request.EmptySpaceSkipping = this->EmptySpaceSkipping != 0;

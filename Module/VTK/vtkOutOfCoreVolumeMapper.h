@@ -33,8 +33,9 @@
  *   doesn't weight the colour.)
  * As in VTK, only composite blending and isosurfaces are shaded. Voxels that are NaN have no value.
  *
- * Needs OpenGL 4.3. Scalar volumes; every property of the base class that
- * isn't supported warns once by name when it is set to something else than its default.
+ * Needs OpenGL 4.3. Scalar volumes, with clipping planes, cropping and lights of all kinds; every
+ * property of the base class that isn't supported warns once by name when it is set to something
+ * else than its default.
  *
  * Thread: like all VTK mappers, used by the render thread only.
  */

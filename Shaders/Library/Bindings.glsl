@@ -23,11 +23,12 @@ layout(std140, binding = 0) uniform View
   vec4 u_step;      // x: fixed step in world units (variant FIXED_STEP); error allowed to a piece:
                     // y: per opacity that it adds, w: to any; z: transmittance at which a ray ends
   uvec4 u_limits;   // x: steps per pass; y: stamp; z: index of the block stamps; w: of the tiles
-  uvec4 u_switches; // x: skip empty regions; y: volume number; z: tiles along x
+  uvec4 u_switches; // x: skip empty regions; y: volume number; z: tiles along x; w: cropping
   vec4 u_material;  // ambient, diffuse, specular, specular power
   vec4 u_lightDiffuse;  // rgb; w: 1 if two-sided
   vec4 u_lightSpecular; // rgb; w: largest extinction of the transfer function
-  vec4 u_normal[3];     // rows: central difference in voxels of level 0 -> dataset space
+  vec4 u_normal[3];     // rows: central difference in voxels of level 0 -> dataset space, or with
+                        // TERAVOX_LIGHTS -> view space
   vec4 u_dataset[3]; // rows: direction in voxels -> dataset space (world without the prop's matrix)
   vec4 u_eye;        // xyz: the camera's position, anchored voxels
   // Of blend modes other than composite. x: sign of the extreme, number of iso values; y: what a
@@ -36,6 +37,7 @@ layout(std140, binding = 0) uniform View
   vec4 u_projection;
   vec4 u_isoValues[MAXIMUM_ISO_VALUES / 4u]; // nodes, ascending
   vec4 u_isoColors[MAXIMUM_ISO_VALUES];      // rgb, opacity
+  vec4 u_crop[5]; // 0-2, rows: anchored voxels -> axes of the image; lower, upper planes along these
 };
 
 layout(binding = 0) uniform sampler3D u_atlasTexture;
@@ -46,7 +48,8 @@ layout(binding = 3) uniform usamplerBuffer
   u_occupied; // first interval from each node on that isn't zero
 layout(
   binding = 6) uniform usamplerBuffer u_pageTable; // directory, then page blocks: word, low, high
-layout(binding = 2) uniform sampler2D u_intervals; // two intervals of view depth per pixel
+layout(binding = 2) uniform sampler2D
+  u_intervals; // per pixel: interval of view depth; where a light at the eye is taken
 
 // State of each ray: premultiplied colour, transmittance; brick, level and status. What the pass
 // before left is read as a texture, which is faster on the CPU; each pixel only once, then written.

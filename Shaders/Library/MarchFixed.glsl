@@ -26,7 +26,7 @@ Light LightAt(State state, BrickView view, int level, float t)
   Corners corners = FetchCorners(view, ivec3(cell));
   Gradient gradient = GradientAlong(view, ivec3(cell), corners, w, vec3(0.0));
   return Shade(
-    Along(gradient, 0.0) * (view.scale / vec3(u_levelFactor[level].xyz)), state.towardsLight);
+    Along(gradient, 0.0) * (view.scale / vec3(u_levelFactor[level].xyz)), state.light, t);
 }
 #endif
 

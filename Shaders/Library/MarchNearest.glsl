@@ -27,7 +27,7 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
       vec3 color = TransferColor(node);
 #if TERAVOX_SHADE
       vec3 difference = CentralDifference(view, voxel) / vec3(u_levelFactor[level].xyz);
-      color = LitColor(color, Shade(difference, state.towardsLight));
+      color = LitColor(color, Shade(difference, state.light, mix(t, next, 0.5)));
 #endif
       Accumulate(state, OpacityOf(depth), color);
       Count(state, depth > 0.0);

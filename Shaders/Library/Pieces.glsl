@@ -61,6 +61,7 @@ void IntegrateCell(
 #if TERAVOX_SHADE
   Gradient gradient = GradientAlong(view, ivec3(visited.cell), visited.corners, w0, dw);
   float scale = view.scale;
+  float extent = walk.t - visited.begin;
   vec3 perVoxel = scale / vec3(u_levelFactor[level].xyz);
 #endif
   float u = 0.0;
@@ -120,10 +121,11 @@ void IntegrateCell(
     float place = OPAQUE_PLACE * thick * thick + 0.25 * uneven / max(mean, 1.0e-30);
 #if TERAVOX_SHADE
     vec3 normalB = NormalOf(Along(gradient, to) * perVoxel);
-    vec3 litA = LitColor(colorA, LightFrom(normalA, state.towardsLight));
-    vec3 litB = LitColor(colorB, LightFrom(normalB, state.towardsLight));
-    color = LitColor(
-      color, Shade(Along(gradient, mix(u, to, gathered)) * perVoxel, state.towardsLight));
+    vec3 litA = LitColor(colorA, LightFrom(normalA, state.light, visited.begin + u * extent));
+    vec3 litB = LitColor(colorB, LightFrom(normalB, state.light, visited.begin + to * extent));
+    float at = mix(u, to, gathered);
+    color = LitColor(color,
+      Shade(Along(gradient, at) * perVoxel, state.light, visited.begin + at * extent));
     // Where there is none at one end, as where values saturate, it usually has one direction still.
     bool both = normalA != vec3(0.0) && normalB != vec3(0.0);
     float turned = both ? 1.0 - dot(normalA, normalB) : 0.0;

@@ -58,6 +58,8 @@ void TakeCell(
 #if TERAVOX_SHADE
   place.gradient = GradientAlong(view, ivec3(visited.cell), visited.corners, w0, dw);
   place.perVoxel = view.scale / vec3(u_levelFactor[level].xyz);
+  place.begin = visited.begin;
+  place.extent = walk.t - visited.begin;
 #endif
   CrossCell(state, cubic, least, largest, turns, place);
 #elif TERAVOX_BLEND == BLEND_SLICE
@@ -100,6 +102,8 @@ void ProjectConstant(inout State state, Ray ray, float node, float t0, float t1)
 #if TERAVOX_SHADE
     place.gradient = Gradient(vec4(0.0), vec4(0.0), vec4(0.0));
     place.perVoxel = vec3(0.0);
+    place.begin = t0;
+    place.extent = 0.0;
 #endif
     JumpTo(state, node, place);
 #elif TERAVOX_BLEND == BLEND_SLICE

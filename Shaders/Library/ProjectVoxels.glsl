@@ -3,7 +3,7 @@
 // Blend modes other than composite, nearest interpolation: voxel after voxel.
 
 #if TERAVOX_BLEND == BLEND_ISOSURFACE
-Place PlaceWith(vec3 gradient)
+Place PlaceWith(vec3 gradient, float t)
 {
   Place place;
   place.u = 0.0;
@@ -11,6 +11,8 @@ Place PlaceWith(vec3 gradient)
   place.gradient =
     Gradient(vec4(gradient.x, 0.0, 0.0, 0.0), vec4(gradient.y, 0.0, 0.0, 0.0), vec4(gradient.z, 0.0, 0.0, 0.0));
   place.perVoxel = vec3(1.0);
+  place.begin = t;
+  place.extent = 0.0;
 #endif
   return place;
 }
@@ -24,7 +26,7 @@ void TakeValue(inout State state, Ray ray, float node, vec3 gradient, float t0, 
 #elif TERAVOX_BLEND == BLEND_MINIMUM
   TakeExtreme(state, ExtremeOf(-node));
 #elif TERAVOX_BLEND == BLEND_ISOSURFACE
-  JumpTo(state, node, PlaceWith(gradient));
+  JumpTo(state, node, PlaceWith(gradient, t0));
 #elif TERAVOX_BLEND == BLEND_SLICE
   if (!g_any)
   {

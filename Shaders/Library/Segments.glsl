@@ -6,7 +6,7 @@ struct State
 {
   vec3 color;
   float transmittance;
-  vec3 towardsLight;
+  RayLight light;
   uint steps;   // of this pass
   uint samples; // taken and contributing, in variants that count
   uint contributing;
@@ -52,7 +52,7 @@ void IntegrateConstant(inout State state, Ray ray, float position, float t0, flo
   precise float depth = s.s * (max(t1 - t0, 0.0) * ray.world);
   vec3 color = TransferColor(position);
 #if TERAVOX_SHADE
-  color = LitColor(color, Shade(vec3(0.0), state.towardsLight));
+  color = LitColor(color, Shade(vec3(0.0), state.light, t0));
 #endif
   Accumulate(state, OpacityOf(depth), color);
   state.steps += 1u;

@@ -10,17 +10,43 @@ struct Light
   vec3 specular; // added to the colour
 };
 
+#include "Library/Lights.glsl"
+#if !TERAVOX_LIGHTS
+// What the light is like along a ray: towards it.
+struct RayLight
+{
+  vec3 towards;
+};
+
 // Unit vector from where the ray begins in the volume to the eye, in dataset space (world without
 // the prop's matrix). In parallel projection VTK's headlight is still at the camera's position.
-vec3 TowardsLight(Ray ray, float begin)
+RayLight LightOf(Ray ray, float begin, vec2 pixel)
 {
   vec3 v = u_eye.xyz - (ray.origin + begin * ray.direction);
-  return normalize(
-    vec3(dot(u_dataset[0].xyz, v), dot(u_dataset[1].xyz, v), dot(u_dataset[2].xyz, v)));
+  return RayLight(normalize(
+    vec3(dot(u_dataset[0].xyz, v), dot(u_dataset[1].xyz, v), dot(u_dataset[2].xyz, v))));
 }
 
-// A unit vector in dataset space, or 0 where there is no direction. `gradient`: central difference
-// per axis, in voxels of level 0.
+Light LightFrom(vec3 normal, RayLight ray, float t)
+{
+  Light light;
+  light.diffuse = vec3(u_material.x);
+  light.specular = vec3(0.0);
+  if (normal != vec3(0.0))
+  {
+    float cosine = dot(normal, ray.towards);
+    cosine = u_lightDiffuse.w != 0.0 ? abs(cosine) : max(cosine, 0.0);
+    light.diffuse += u_lightDiffuse.rgb * (u_material.y * cosine);
+    light.specular =
+      u_lightSpecular.rgb * (u_material.z * (cosine > 0.0 ? pow(cosine, u_material.w) : 0.0));
+  }
+  return light;
+}
+
+#endif
+
+// A unit vector in the space of the lights, or 0 where there is no direction. `gradient`: central
+// difference per axis, in voxels of level 0.
 vec3 NormalOf(vec3 gradient)
 {
   vec3 g = vec3(
@@ -33,25 +59,10 @@ vec3 NormalOf(vec3 gradient)
   return magnitude > 0.0 && magnitude < 3.0e38 ? g / magnitude : vec3(0.0);
 }
 
-Light LightFrom(vec3 normal, vec3 towardsLight)
+// At a depth of a ray.
+Light Shade(vec3 gradient, RayLight ray, float t)
 {
-  Light light;
-  light.diffuse = vec3(u_material.x);
-  light.specular = vec3(0.0);
-  if (normal != vec3(0.0))
-  {
-    float cosine = dot(normal, towardsLight);
-    cosine = u_lightDiffuse.w != 0.0 ? abs(cosine) : max(cosine, 0.0);
-    light.diffuse += u_lightDiffuse.rgb * (u_material.y * cosine);
-    light.specular =
-      u_lightSpecular.rgb * (u_material.z * (cosine > 0.0 ? pow(cosine, u_material.w) : 0.0));
-  }
-  return light;
-}
-
-Light Shade(vec3 gradient, vec3 towardsLight)
-{
-  return LightFrom(NormalOf(gradient), towardsLight);
+  return LightFrom(NormalOf(gradient), ray, t);
 }
 
 // As VTK, the lit colour is clamped before it is weighted with the opacity.

@@ -9,6 +9,8 @@ struct Place
 #if TERAVOX_SHADE
   Gradient gradient; // along the cell
   vec3 perVoxel;
+  float begin; // depth of the ray at u = 0
+  float extent;
 #endif
   float u;
 };
@@ -18,7 +20,9 @@ void TakeSurface(inout State state, int i, Place place)
   vec4 surface = u_isoColors[i];
   vec3 color = surface.rgb;
 #if TERAVOX_SHADE
-  color = LitColor(color, Shade(Along(place.gradient, place.u) * place.perVoxel, state.towardsLight));
+  color = LitColor(color,
+    Shade(Along(place.gradient, place.u) * place.perVoxel, state.light,
+      place.begin + place.u * place.extent));
 #endif
   Accumulate(state, surface.a, color);
 }

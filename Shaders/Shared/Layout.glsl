@@ -33,6 +33,16 @@ const uint FEEDBACK_STAMPS = FEEDBACK_HEADER_WORDS + REQUEST_ENTRIES * REQUEST_W
 
 const uint TILE_SIZE = 32u;
 
+// The table of lights: vectors before the first light, and per light.
+const uint LIGHTS_BEGIN = 7u;
+const uint LIGHT_VECTORS = 5u;
+
+// Cropping: a bit that says that there is any, and one for each of the 27 regions that is kept.
+const uint CROP_ON = 0x80000000u;
+const uint CROP_REGIONS = 0x07ffffffu;
+// Stretches of a ray in regions that are kept: six planes cut it into seven.
+const uint CROP_INTERVALS = 4u;
+
 // Edge of a cell, in voxels: the unit in which emptiness inside a brick is known.
 const uint CELL_EDGE = 4u;
 

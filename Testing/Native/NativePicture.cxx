@@ -215,7 +215,7 @@ void PictureMaker::Parts::FillParameters()
     0 };
   p.Transfer = TransferParameters(this->Transfer);
   p.Step = StepParameters(this->Scene.SampleDistance, this->Scene.Tolerance, 1);
-  p.Switches = { this->Means.Skip ? 1u : 0u, 0, 0, 0 };
+  p.Switches[0] = this->Means.Skip ? 1u : 0u;
   p.Limits[0] = this->Means.StepsPerPass;
   p.Material = this->Scene.Material;
   p.LightDiffuse = { 1, 1, 0.9f, this->Scene.TwoSided ? 1.0f : 0.0f };
@@ -227,6 +227,8 @@ NativeScene PictureMaker::Parts::MakeScene()
   NativeScene s;
   s.Parameters = &this->Geometry.Parameters;
   s.Intervals = &this->Geometry.Intervals;
+  s.NumberOfPlanes = static_cast<int>(this->Geometry.Planes.size());
+  s.Planes = this->Geometry.Planes.empty() ? nullptr : this->Geometry.Planes.front().data();
   SetTables(s, this->Transfer, this->TableVersion);
   SetAtlas(s, *this->Atlas, *this->Table, this->Format);
   SetView(s, this->View, this->Scene.Camera.Width, this->Scene.Camera.Height);

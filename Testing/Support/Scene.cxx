@@ -4,6 +4,7 @@
 
 #include "ArrayBrickSource.h"
 #include "BrickVoxels.h"
+#include "TruthLights.h"
 #include "VTKScalarType.h"
 #include "vtkBrickSource.h"
 #include "vtkOutOfCoreVolumeMapper.h"
@@ -19,10 +20,14 @@
 #include <vtkExtractVOI.h>
 #include <vtkImageCast.h>
 #include <vtkImageData.h>
+#include <vtkLight.h>
+#include <vtkLightCollection.h>
 #include <vtkMatrix3x3.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNIFTIImageReader.h>
 #include <vtkPiecewiseFunction.h>
+#include <vtkPlane.h>
+#include <vtkPlaneCollection.h>
 #include <vtkPointData.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
@@ -306,6 +311,47 @@ std::vector<float> Stage::DrawPictureWith(vtkVolumeMapper* other)
   return picture;
 }
 
+namespace
+{
+// The lights that are on; none where there is just one headlight.
+std::vector<TruthLights::Light> LightsOf(vtkRenderer* renderer)
+{
+  std::vector<TruthLights::Light> lights;
+  bool headlight = true;
+  for (int i = 0; i < renderer->GetLights()->GetNumberOfItems(); ++i)
+  {
+    auto* light = vtkLight::SafeDownCast(renderer->GetLights()->GetItemAsObject(i));
+    if (light->GetSwitch() == 0)
+    {
+      continue;
+    }
+    headlight = headlight && light->LightTypeIsHeadlight() != 0 && light->GetPositional() == 0 &&
+      light->GetIntensity() == 1;
+    const auto color = [&](const double* c) {
+      return light->GetIntensity() * Double3{ c[0], c[1], c[2] };
+    };
+    TruthLights::Light l;
+    l.Ambient = color(light->GetAmbientColor());
+    l.Diffuse = color(light->GetDiffuseColor());
+    l.Specular = color(light->GetSpecularColor());
+    Double3 focus{};
+    light->GetTransformedPosition(l.Position.data());
+    light->GetTransformedFocalPoint(focus.data());
+    l.Direction = focus - l.Position;
+    l.Positional = light->GetPositional() != 0;
+    std::copy_n(light->GetAttenuationValues(), 3, l.Attenuation.begin());
+    l.ConeAngle = light->GetConeAngle();
+    l.Exponent = light->GetExponent();
+    lights.push_back(l);
+  }
+  if (headlight && lights.size() <= 1)
+  {
+    lights.clear();
+  }
+  return lights;
+}
+} // namespace
+
 StageTruth::StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths, VoxelAccess access)
   : Width(stage.Width())
 {
@@ -374,17 +420,43 @@ void StageTruth::Build(
     material.Diffuse = stage.Property->GetDiffuse();
     material.Specular = stage.Property->GetSpecular();
     material.SpecularPower = stage.Property->GetSpecularPower();
+    material.TwoSided = stage.Renderer->GetTwoSidedLighting() != 0;
     TruthHeadlight::Geometry geometry;
     geometry.Spacing = info.Spacing;
     geometry.Direction = info.Direction;
     geometry.WorldFromDataset = prop;
-    this->Shading = std::make_unique<TruthHeadlight>(material, geometry);
+    const std::vector<TruthLights::Light> lights = LightsOf(stage.Renderer);
+    if (lights.empty())
+    {
+      this->Shading = std::make_unique<TruthHeadlight>(material, geometry);
+    }
+    else
+    {
+      this->Shading = std::make_unique<TruthLights>(material, geometry, lights);
+    }
   }
   this->Scene_ =
     std::make_unique<TruthScene>(TruthScene{ *this->Volume, *this->Transfer, *this->Camera,
       TruthLevelOfDetail(*this->Volume, *this->Camera, stage.Mapper->GetLevelOfDetailBias(),
         stage.Mapper->GetMinimumLevel(), stage.Mapper->GetMaximumLevel()),
-      this->Shading.get(), 1e-5, Invert(prop) });
+      this->Shading.get(), 1e-5, Invert(prop), {}, {} });
+  if (vtkPlaneCollection* planes = stage.Mapper->GetClippingPlanes())
+  {
+    for (int i = 0; i < planes->GetNumberOfItems(); ++i)
+    {
+      const double* o = planes->GetItem(i)->GetOrigin();
+      const double* n = planes->GetItem(i)->GetNormal();
+      this->Scene_->Planes.push_back({ { o[0], o[1], o[2] }, { n[0], n[1], n[2] } });
+    }
+  }
+  if (stage.Mapper->GetCropping() != 0)
+  {
+    TruthCrop crop;
+    crop.FromWorld = Invert(prop);
+    crop.Flags = static_cast<unsigned>(stage.Mapper->GetCroppingRegionFlags());
+    std::copy_n(stage.Mapper->GetCroppingRegionPlanes(), 6, crop.Planes.begin());
+    this->Scene_->Crop = crop;
+  }
 }
 
 std::vector<float> TakePixels(

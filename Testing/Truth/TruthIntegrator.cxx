@@ -83,11 +83,42 @@ public:
     {
       this->Clip(axis, begin, end);
     }
-    std::vector<TruthLevelSpan> spans;
-    if (!(begin < end))
+    for (const TruthPlane& plane : this->Scene.Planes)
     {
-      return spans;
+      const double distance = Dot(plane.Normal, ray.Origin - plane.Origin);
+      const double slope = Dot(plane.Normal, ray.Direction);
+      begin = slope > 0 ? std::max(begin, -distance / slope) : begin;
+      end = slope < 0 ? std::min(end, -distance / slope) : end;
+      end = slope == 0 && distance < 0 ? begin : end;
     }
+    std::vector<TruthLevelSpan> spans;
+    double from = begin;
+    for (const double to : this->CropCuts(begin, end))
+    {
+      if (from < to && this->IsKept(0.5 * (from + to)))
+      {
+        this->AddLevels(from, to, spans);
+      }
+      from = to;
+    }
+    return spans;
+  }
+
+  /// Where a ray begins in the box, clipped or not.
+  double Entry() const
+  {
+    double begin = 0;
+    double end = this->Shading.Ray.Length;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+    {
+      this->Clip(axis, begin, end);
+    }
+    return begin;
+  }
+
+  void AddLevels(double begin, double end, std::vector<TruthLevelSpan>& spans) const
+  {
+    const TruthRay& ray = this->Shading.Ray;
     std::vector<double> cuts{ ray.DepthAt(begin) };
     for (const double depth : this->Scene.LevelOfDetail.BoundaryDepths())
     {
@@ -100,7 +131,7 @@ public:
     for (std::size_t i = 0; i + 1 < cuts.size(); ++i)
     {
       const int level = this->Scene.LevelOfDetail.LevelAtDepth(0.5 * (cuts[i] + cuts[i + 1]));
-      if (!spans.empty() && spans.back().Level == level)
+      if (i > 0 && spans.back().Level == level)
       {
         spans.back().DepthEnd = cuts[i + 1];
       }
@@ -109,7 +140,45 @@ public:
         spans.push_back({ level, cuts[i], cuts[i + 1] });
       }
     }
-    return spans;
+  }
+
+  /// Where the ray meets planes of cropping between two places, ascending; the last is `end`.
+  std::vector<double> CropCuts(double begin, double end) const
+  {
+    std::vector<double> cuts{ end };
+    if (this->Scene.Crop)
+    {
+      const TruthCrop& crop = *this->Scene.Crop;
+      const Double3 start = TransformPoint(crop.FromWorld, this->Shading.Ray.Origin);
+      const Double3 step = TransformVector(crop.FromWorld, this->Shading.Ray.Direction);
+      for (std::size_t i = 0; i < 6; ++i)
+      {
+        const double cut = (crop.Planes[i] - start[i / 2]) / step[i / 2];
+        if (cut > begin && cut < end)
+        {
+          cuts.push_back(cut);
+        }
+      }
+      std::sort(cuts.begin(), cuts.end());
+    }
+    return cuts;
+  }
+
+  bool IsKept(double t) const
+  {
+    if (!this->Scene.Crop)
+    {
+      return true;
+    }
+    const TruthCrop& crop = *this->Scene.Crop;
+    const Double3 p = TransformPoint(crop.FromWorld, this->Shading.Ray.At(t));
+    unsigned region = 0;
+    unsigned weight = 1;
+    for (std::size_t a = 0; a < 3; ++a, weight *= 3)
+    {
+      region += weight * (p[a] < crop.Planes[2 * a] ? 0 : p[a] < crop.Planes[2 * a + 1] ? 1 : 2);
+    }
+    return (crop.Flags >> region & 1u) != 0;
   }
 
   TruthColor Run(double opaqueDepth)
@@ -118,7 +187,7 @@ public:
     const std::vector<TruthLevelSpan> spans = this->Levels(opaqueDepth);
     if (!spans.empty())
     {
-      this->Shading.Entry = ray.At(ray.LengthAtDepth(spans.front().DepthBegin));
+      this->Shading.Entry = ray.At(this->Entry());
     }
     for (const TruthLevelSpan& span : spans)
     {
@@ -196,15 +265,17 @@ private:
     }
   }
 
-  /// `difference` isn't used where there is no shading.
-  Double3 Color(double value, const Double3& difference) const
+  /// `difference` isn't used where there is no shading. `t`: where it is.
+  Double3 Color(double value, const Double3& difference, double t) const
   {
     const Double3 color = this->Transfer.GetColor(value);
     if (!this->Scene.Shading)
     {
       return color;
     }
-    return this->Scene.Shading->Shade(this->Shading, this->Volume, this->Level, difference, color);
+    TruthShadingRay place = this->Shading;
+    place.At = this->Shading.Ray.At(t);
+    return this->Scene.Shading->Shade(place, this->Volume, this->Level, difference, color);
   }
 
   Double3 DifferenceAt(double t) const
@@ -230,7 +301,8 @@ private:
     {
       return;
     }
-    const Double3 color = this->Color(value, this->DifferenceAt(0.5 * (from + to)));
+    const double middle = 0.5 * (from + to);
+    const Double3 color = this->Color(value, this->DifferenceAt(middle), middle);
     if (alpha >= 1)
     {
       this->HitWall(color);
@@ -366,7 +438,7 @@ private:
     {
       // Just behind the beginning: at it, a jump of the colour belongs to either side.
       const double s = lower + 1e-12 * (upper - lower);
-      this->HitWall(this->Color(value(s), this->Difference(s)));
+      this->HitWall(this->Color(value(s), this->Difference(s), from + s * (to - from)));
       return;
     }
     const auto medium = [&](double s)
@@ -376,7 +448,7 @@ private:
       result.Sigma = length * this->Transfer.Extinction(this->Transfer.GetAlpha(v));
       if (result.Sigma > 0)
       {
-        result.Color = this->Color(v, this->Difference(s));
+        result.Color = this->Color(v, this->Difference(s), from + s * (to - from));
       }
       return result;
     };

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace teravox
@@ -17,6 +18,21 @@ namespace teravox
 
 /// Premultiplied red, green, blue, and opacity.
 using TruthColor = std::array<double, 4>;
+
+/// What lies behind a plane is cut away: n . (x - origin) < 0, world.
+struct TruthPlane
+{
+  Double3 Origin{};
+  Double3 Normal{};
+};
+
+/// Two planes per axis of a space divide it into 27 regions, of which some are kept.
+struct TruthCrop
+{
+  Matrix4 FromWorld = IdentityMatrix(); ///< that space
+  std::array<double, 6> Planes{};       ///< x lower, x upper, y ...
+  unsigned Flags = 0;                   ///< bit x + 3 y + 9 z
+};
 
 /// Everything that the truth of a picture depends on, beside the pixel. Not owned.
 struct TruthScene
@@ -31,6 +47,8 @@ struct TruthScene
   /// the space of the data set: give the inverse of the prop's matrix there, which matters only if
   /// that matrix scales. Identity: in world units.
   Matrix4 LengthFromWorld = IdentityMatrix();
+  std::vector<TruthPlane> Planes{};
+  std::optional<TruthCrop> Crop{};
 };
 
 /// The truth of a pixel: the integral of c sigma exp(-tau) along the ray through
@@ -51,8 +69,8 @@ struct TruthLevelSpan
   double DepthBegin;
   double DepthEnd;
 };
-/// The levels along the ray of a pixel, front to back; neighbours differ. Empty where it misses the
-/// box.
+/// The levels along the ray of a pixel, front to back; neighbours differ, or don't touch where
+/// something is cropped away. Empty where it misses the box.
 std::vector<TruthLevelSpan> LevelSpans(const TruthScene& scene, int x, int y, double offsetX = 0,
   double offsetY = 0, double opaqueDepth = std::numeric_limits<double>::infinity());
 

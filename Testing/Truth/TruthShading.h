@@ -13,6 +13,7 @@ struct TruthShadingRay
 {
   TruthRay Ray;
   Double3 Entry{}; ///< where the ray enters the volume's box, or starts inside it, world
+  Double3 At{};    ///< what is shaded, world
 };
 
 /// Changes the colour of a sample, never its opacity. Extension point of the reference integrator.

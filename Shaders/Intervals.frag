@@ -10,9 +10,10 @@
 uniform vec3 u_boxLow; // anchored corner coordinates of level 0
 uniform vec3 u_boxHigh;
 uniform vec2 u_nearFar;       // view depths
+#if TERAVOX_OPAQUE_DEPTH
 uniform vec4 u_depthToView;   // view depth = (x + y * d) / (z + w * d), d = window depth in 0..1
-uniform int u_hasDepth;
 layout(binding = 0) uniform sampler2D u_depth; // of this viewport only
+#endif
 
 layout(location = 0) out vec4 f_intervals;
 
@@ -23,13 +24,12 @@ void main()
   vec3 b = (u_boxHigh - ray.origin) * ray.inverse;
   float first = max(Maximum(min(a, b)), u_nearFar.x);
   float last = min(Minimum(max(a, b)), u_nearFar.y);
-  if (u_hasDepth != 0)
+#if TERAVOX_OPAQUE_DEPTH
+  float d = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r;
+  if (d < 1.0)
   {
-    float d = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r;
-    if (d < 1.0)
-    {
-      last = min(last, (u_depthToView.x + u_depthToView.y * d) / (u_depthToView.z + u_depthToView.w * d));
-    }
+    last = min(last, (u_depthToView.x + u_depthToView.y * d) / (u_depthToView.z + u_depthToView.w * d));
   }
+#endif
   f_intervals = first < last ? vec4(first, last, 0.0, 0.0) : vec4(0.0);
 }

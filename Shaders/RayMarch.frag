@@ -42,13 +42,17 @@ void main()
   State state;
   state.color = accumulated.rgb;
   state.transmittance = accumulated.a;
-  state.towardsLight = vec3(0.0, 0.0, 1.0);
 #if TERAVOX_SHADE
   state.towardsLight = TowardsLight(ray, intervals.x);
 #endif
   state.steps = 0u;
+#if TERAVOX_COUNT
   state.samples = 0u;
+  state.evaluated = 0u;
   state.contributing = 0u;
+  state.gradients = 0u;
+  state.visits = 0u;
+#endif
   int interval = (position.w >> 8) & 255;
   int level = position.w & 255;
   uvec3 brick = uvec3(position.xyz);
@@ -121,6 +125,7 @@ void main()
             next == ivec3(brick));
         // A brick without a sample costs about as much as 16 steps, and llvmpipe counts iterations.
         state.steps += 16u;
+        COUNT(visits, true);
         held = !empty;
 #if !TERAVOX_INTERACTIVE
         missing = found.kind == FOUND_MISSING;
@@ -213,7 +218,10 @@ void main()
   }
 #if TERAVOX_COUNT
   atomicAdd(b_feedback[FEEDBACK_SAMPLES], state.samples);
+  atomicAdd(b_feedback[FEEDBACK_EVALUATED], state.evaluated);
   atomicAdd(b_feedback[FEEDBACK_CONTRIBUTING], state.contributing);
+  atomicAdd(b_feedback[FEEDBACK_GRADIENTS], state.gradients);
+  atomicAdd(b_feedback[FEEDBACK_VISITS], state.visits);
 #endif
   imageStore(u_colorState, pixel, vec4(state.color, state.transmittance));
   if (status == STATUS_RUNNING)

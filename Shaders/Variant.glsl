@@ -32,3 +32,6 @@
 #ifndef TERAVOX_SUBSTITUTE
 #define TERAVOX_SUBSTITUTE 1 // some bricks can't be read: draw their finest readable ancestor
 #endif
+#ifndef TERAVOX_OPAQUE_DEPTH
+#define TERAVOX_OPAQUE_DEPTH 1 // rays end at opaque geometry
+#endif

@@ -153,6 +153,19 @@ void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
   }
 }
 
+std::vector<float> RayMarcher::ReadDepth(const ViewState& view)
+{
+  if (view.IsNative())
+  {
+    return view.Native.Depth;
+  }
+  std::vector<float> depth(
+    static_cast<std::size_t>(view.Width()) * static_cast<std::size_t>(view.Height()));
+  view.Depth.Bind(0);
+  glGetTexImage(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT, GL_FLOAT, depth.data());
+  return depth;
+}
+
 Status RayMarcher::Begin(
   ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals)
 {
@@ -160,10 +173,13 @@ Status RayMarcher::Begin(
   if (view.IsNative())
   {
     view.Native.Clear();
+    view.NativeChanged = true;
     this->Intervals = intervals;
     return {};
   }
-  Result<const GLProgram*> program = this->Program("FullScreen.vert", "Intervals.frag", {});
+  ShaderVariant variant;
+  variant.OpaqueDepth = intervals.HasDepth;
+  Result<const GLProgram*> program = this->Program("FullScreen.vert", "Intervals.frag", variant);
   if (!program)
   {
     return program.GetStatus();
@@ -176,9 +192,11 @@ Status RayMarcher::Begin(
   glUniform3fv(p.Uniform("u_boxLow"), 1, intervals.BoxLow.data());
   glUniform3fv(p.Uniform("u_boxHigh"), 1, intervals.BoxHigh.data());
   glUniform2f(p.Uniform("u_nearFar"), intervals.Near, intervals.Far);
-  glUniform4fv(p.Uniform("u_depthToView"), 1, intervals.DepthToView.data());
-  glUniform1i(p.Uniform("u_hasDepth"), intervals.HasDepth ? 1 : 0);
-  view.Depth.Bind(0);
+  if (intervals.HasDepth)
+  {
+    glUniform4fv(p.Uniform("u_depthToView"), 1, intervals.DepthToView.data());
+    view.Depth.Bind(0);
+  }
   glBindFramebuffer(GL_FRAMEBUFFER, view.IntervalTarget.Id());
   glBindVertexArray(this->Vertices.Id());
   glDrawArrays(GL_TRIANGLES, 0, 3);
@@ -280,7 +298,10 @@ void RayMarcher::ReadFeedback(ViewState& view, const AtlasPlan& plan, PassResult
   result.Overflow = words[shared::FEEDBACK_OVERFLOW] != 0;
   result.Fallback = words[shared::FEEDBACK_FALLBACK] != 0;
   result.Samples = words[shared::FEEDBACK_SAMPLES];
+  result.Evaluated = words[shared::FEEDBACK_EVALUATED];
   result.Contributing = words[shared::FEEDBACK_CONTRIBUTING];
+  result.Gradients = words[shared::FEEDBACK_GRADIENTS];
+  result.Visits = words[shared::FEEDBACK_VISITS];
   for (std::uint32_t e = 0; e < shared::REQUEST_ENTRIES; ++e)
   {
     const std::uint32_t* entry = &words[shared::FEEDBACK_HEADER_WORDS + e * shared::REQUEST_WORDS];
@@ -328,11 +349,12 @@ Status RayMarcher::Compose(ViewState& view, GLuint framebuffer, int x, int y)
   {
     return program.GetStatus();
   }
-  if (view.IsNative())
+  if (view.IsNative() && view.NativeChanged)
   {
     view.Color.Bind(0);
     glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_RGBA, GL_FLOAT,
       view.Native.Color.data());
+    view.NativeChanged = false;
   }
   const GLProgram& p = *program.Value();
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);

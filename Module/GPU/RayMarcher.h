@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 namespace teravox
 {
@@ -33,6 +34,8 @@ public:
 
   /// Copies the depth of the frame buffer that is bound for drawing, resolving samples.
   void CopyDepth(ViewState& view, GLuint framebuffer, int x, int y);
+  /// What CopyDepth() has copied, in 0..1, rows from the bottom. Waits for the GPU.
+  static std::vector<float> ReadDepth(const ViewState& view);
   /// Begins a picture: intervals, cleared accumulators, all tiles active.
   Status Begin(ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals);
   /// One pass over the active tiles.

@@ -21,7 +21,7 @@ struct Feature
   const char* Name;
   bool ShaderVariant::*Member;
 };
-constexpr std::array<Feature, 9> Features = { {
+constexpr std::array<Feature, 10> Features = { {
   { "TERAVOX_NEAREST", &ShaderVariant::Nearest },
   { "TERAVOX_FIXED_STEP", &ShaderVariant::FixedStep },
   { "TERAVOX_FLOAT_DATA", &ShaderVariant::FloatData },
@@ -31,6 +31,7 @@ constexpr std::array<Feature, 9> Features = { {
   { "TERAVOX_SUBSTITUTE", &ShaderVariant::Substitute },
   { "TERAVOX_COUNT", &ShaderVariant::Count },
   { "TERAVOX_SHOW_LEVEL", &ShaderVariant::ShowLevel },
+  { "TERAVOX_OPAQUE_DEPTH", &ShaderVariant::OpaqueDepth },
 } };
 
 Result<std::string> ReadShaderFile(const std::string& file)
@@ -127,9 +128,9 @@ std::vector<ShaderVariant> ShaderVariant::All()
       variant.*Features[i].Member = (key >> i & 1u) != 0;
     }
     // Nearest interpolation has its own cuts; an interactive variant substitutes anyway; the debug
-    // picture isn't lit.
+    // picture isn't lit; the opaque depth is in the intervals already.
     if ((variant.Nearest && variant.FixedStep) || (variant.Interactive && variant.Substitute) ||
-      (variant.ShowLevel && variant.Shade))
+      (variant.ShowLevel && variant.Shade) || variant.OpaqueDepth)
     {
       continue;
     }

@@ -12,6 +12,7 @@ namespace teravox
 
 /// The features that change the text of the marcher, as one comparable value: the key of the
 /// program cache. What a scene doesn't use isn't in its shader. Thread: immutable value.
+/// OpaqueDepth is a feature of Intervals.frag, all others are those of RayMarch.frag.
 struct ShaderVariant
 {
   bool Nearest = false;
@@ -23,13 +24,14 @@ struct ShaderVariant
   bool Substitute = false;
   bool Count = false;
   bool ShowLevel = false;
+  bool OpaqueDepth = false;
 
   /// One bit per feature.
   unsigned Key() const;
   bool operator<(const ShaderVariant& o) const { return this->Key() < o.Key(); }
   /// "#define TERAVOX_NEAREST 0" and so on, one line each.
   std::string Defines() const;
-  /// All variants that can occur.
+  /// All variants of the marcher that can occur.
   static std::vector<ShaderVariant> All();
 };
 

@@ -149,6 +149,7 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
     const float t1 = Min(leave, end);
     Found found = Translate(c.Scene, c.Table, here, current);
     c.Steps += 16; // a brick costs about as much
+    report.Visits += 1;
     if (found.Kind == FoundKind::Missing)
     {
       Request(report, at.Level, current, state.Transmittance);
@@ -202,6 +203,7 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
     else if (found.Kind == FoundKind::Single)
     {
       IntegrateConstant(c, state, ray, TransferPosition(c.Table, found.Low, found.High), t0, t1);
+      report.Evaluated += 1;
     }
     if (c.Scene.ShowLevel && state.Transmittance < before)
     {
@@ -297,11 +299,13 @@ void MarchTile(
   const NativeScene& scene, int left, int bottom, int right, int top, NativeReport& report)
 {
   const MarchParameters& p = *scene.Parameters;
+  NativeScene counted = scene;
+  counted.Report = &report;
   // Tables of four words per node.
   const Transfer table{ scene.Integrals, reinterpret_cast<const float*>(scene.Colors),
     scene.Occupied, scene.Extremes, scene.Blocks, scene.ExtremesBlock, p.Transfer[0], p.Transfer[1],
     p.Transfer[2], p.Transfer[3] };
-  Context c{ scene, p, table, Quad{ 0.0f, 0.0f, 1.0f, 0.0f }, 0, 0, 0, {} };
+  Context c{ counted, p, table, Quad{ 0.0f, 0.0f, 1.0f, 0.0f }, 0, 0, 0, {} };
   for (int y = bottom; y < top; ++y)
   {
     for (int x = left; x < right; ++x)

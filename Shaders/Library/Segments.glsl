@@ -6,11 +6,25 @@ struct State
 {
   vec3 color;
   float transmittance;
+#if TERAVOX_SHADE
   vec3 towardsLight;
-  uint steps;   // of this pass
-  uint samples; // taken and contributing, in variants that count
+#endif
+  uint steps; // of this pass
+#if TERAVOX_COUNT
+  uint samples; // see FEEDBACK_SAMPLES
+  uint evaluated;
   uint contributing;
+  uint gradients;
+  uint visits;
+#endif
 };
+
+// Counts only in variants that do; the others have nothing of it.
+#if TERAVOX_COUNT
+#define COUNT(counter, condition) state.counter += (condition) ? 1u : 0u
+#else
+#define COUNT(counter, condition)
+#endif
 
 void Accumulate(inout State state, float opacity, vec3 litColor)
 {
@@ -18,14 +32,6 @@ void Accumulate(inout State state, float opacity, vec3 litColor)
   precise float transmittance = state.transmittance * (1.0 - opacity);
   state.color = color;
   state.transmittance = transmittance;
-}
-
-void Count(inout State state, bool contributes)
-{
-#if TERAVOX_COUNT
-  state.samples += 1u;
-  state.contributing += contributes ? 1u : 0u;
-#endif
 }
 
 // One segment of one value.
@@ -39,5 +45,7 @@ void IntegrateConstant(inout State state, Ray ray, float position, float t0, flo
 #endif
   Accumulate(state, OpacityOf(depth), color);
   state.steps += 1u;
-  Count(state, depth > 0.0);
+  COUNT(samples, true);
+  COUNT(evaluated, true);
+  COUNT(contributing, depth > 0.0);
 }

@@ -250,6 +250,9 @@ void IntegrateBrick(
   // Not where voxels may have no value: samples could miss them.
   float spansFrom = Nearest || sizeof(T) == 4 ? t1 : t0;
   int spansLeft = MostFailures;
+  // What was left of the ray when last nothing waited in the lot. What waits differs with skipping,
+  // and whether spans are tried must not.
+  State settled = state;
   // A gradient reaches further than the values of a cell.
   constexpr bool uniformToo = !Shade;
   Lot& lot = c.Cells;
@@ -343,7 +346,7 @@ void IntegrateBrick(
     {
       // Most cells of a surface are out of the question by themselves.
       const bool even =
-        IsEvenEnough(BoundsOf(c, state, ray, view, spanStep, RangeOf<T>(view, place.Range)));
+        IsEvenEnough(BoundsOf(c, settled, ray, view, spanStep, RangeOf<T>(view, place.Range)));
       const Reach reach =
         even ? LookAhead<T>(view, w, at, t, Min(t + spanStep * SpanPieces, t1)) : Reach{ stop, {} };
       if (even && reach.End - t >= ShortestSpan * voxel)
@@ -353,6 +356,7 @@ void IntegrateBrick(
           return;
         }
         const float cost = IntegrateSpan<T, Shade>(c, state, ray, view, w, t, reach);
+        settled = state;
         if (cost <= 1.0f)
         {
           if (IsOver(c, state))

@@ -10,8 +10,6 @@
 uniform vec3 u_boxLow; // anchored corner coordinates of level 0
 uniform vec3 u_boxHigh;
 uniform vec2 u_nearFar;       // view depths
-uniform vec4 u_depthToView;   // view depth = (x + y * d) / (z + w * d), d = window depth in 0..1
-uniform int u_hasDepth;
 uniform int u_hasSlice; // positions hold, as floats, the depth at which a ray meets the slice
 uniform int u_planeCount;
 layout(std430, binding = 3) readonly buffer Planes
@@ -19,7 +17,10 @@ layout(std430, binding = 3) readonly buffer Planes
   vec4 b_planes[]; // two per clipping plane: distance at depth 0 and its change per depth, each at
                    // pixel corner (0, 0), per pixel in x, in y
 };
+#if TERAVOX_OPAQUE_DEPTH
+uniform vec4 u_depthToView;   // view depth = (x + y * d) / (z + w * d), d = window depth in 0..1
 layout(binding = 0) uniform sampler2D u_depth; // of this viewport only
+#endif
 
 const float SLICE_REACH = 1.0e-3;   // voxels
 const float SLICE_LENGTH = 2.4e-7; // share of its depth
@@ -44,14 +45,13 @@ void main()
     first = slope > 0.0 ? max(first, cut) : first;
     last = slope < 0.0 ? min(last, cut) : slope == 0.0 && from < 0.0 ? first : last;
   }
-  if (u_hasDepth != 0)
+#if TERAVOX_OPAQUE_DEPTH
+  float d = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r;
+  if (d < 1.0)
   {
-    float d = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r;
-    if (d < 1.0)
-    {
-      last = min(last, (u_depthToView.x + u_depthToView.y * d) / (u_depthToView.z + u_depthToView.w * d));
-    }
+    last = min(last, (u_depthToView.x + u_depthToView.y * d) / (u_depthToView.z + u_depthToView.w * d));
   }
+#endif
   if (u_hasSlice != 0)
   {
     // An interval that is as short as floats allow. Faces of the volume count, whatever side of

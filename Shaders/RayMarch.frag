@@ -53,18 +53,13 @@ void main()
   vec4 accumulated = texelFetch(u_colorBefore, pixel, 0);
   Ray ray = MakeRay(gl_FragCoord.xy);
 
-  State state;
-  state.color = accumulated.rgb;
-  state.transmittance = accumulated.a;
+  State state = NewState(accumulated);
 #if TERAVOX_SHADE
   state.light = LightOf(ray, intervals.z, gl_FragCoord.xy);
 #endif
 #if TERAVOX_BLEND
   LoadProjection(accumulated, position.w, intervals.x < intervals.y);
 #endif
-  state.steps = 0u;
-  state.samples = 0u;
-  state.contributing = 0u;
 #if TERAVOX_ESTIMATE
   state.error = imageLoad(u_errorState, pixel).x;
 #endif
@@ -141,6 +136,7 @@ void main()
             next == ivec3(brick));
         // A brick without a sample costs about as much as 16 steps, and llvmpipe counts iterations.
         state.steps += 16u;
+        COUNT(visits, true);
         held = !empty;
 #if !TERAVOX_INTERACTIVE
         missing = found.kind == FOUND_MISSING;
@@ -248,10 +244,7 @@ void main()
     uvec2 tile = uvec2(pixel) / TILE_SIZE;
     Stamp(u_limits.w + tile.x + u_switches.z * tile.y);
   }
-#if TERAVOX_COUNT
-  atomicAdd(b_feedback[FEEDBACK_SAMPLES], state.samples);
-  atomicAdd(b_feedback[FEEDBACK_CONTRIBUTING], state.contributing);
-#endif
+  ReportCounts(state);
   int side = 0;
 #if TERAVOX_BLEND
   state.color = StoreProjection(state.color);

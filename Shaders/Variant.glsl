@@ -38,6 +38,9 @@
 #ifndef TERAVOX_SUBSTITUTE
 #define TERAVOX_SUBSTITUTE 1 // some bricks can't be read: draw their finest readable ancestor
 #endif
+#ifndef TERAVOX_OPAQUE_DEPTH
+#define TERAVOX_OPAQUE_DEPTH 1 // rays end at opaque geometry
+#endif
 #ifndef TERAVOX_BLEND
 #define TERAVOX_BLEND 0 // what a ray makes of the field; 0: composite blending
 #endif

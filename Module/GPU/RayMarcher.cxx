@@ -156,6 +156,19 @@ void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
   }
 }
 
+std::vector<float> RayMarcher::ReadDepth(const ViewState& view)
+{
+  if (view.IsNative())
+  {
+    return view.Native.Depth;
+  }
+  std::vector<float> depth(
+    static_cast<std::size_t>(view.Width()) * static_cast<std::size_t>(view.Height()));
+  view.Depth.Bind(0);
+  glGetTexImage(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT, GL_FLOAT, depth.data());
+  return depth;
+}
+
 Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
   const IntervalParameters& intervals, const std::vector<PlaneAlongRays>& planes,
   const std::vector<float>& slice)
@@ -164,6 +177,7 @@ Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
   if (view.IsNative())
   {
     view.Native.Clear();
+    view.NativeChanged = true;
     this->Intervals = intervals;
     this->Planes = planes;
     if (!slice.empty())
@@ -172,7 +186,9 @@ Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
     }
     return {};
   }
-  Result<const GLProgram*> program = this->Program("FullScreen.vert", "Intervals.frag", {});
+  ShaderVariant variant;
+  variant.OpaqueDepth = intervals.HasDepth;
+  Result<const GLProgram*> program = this->Program("FullScreen.vert", "Intervals.frag", variant);
   if (!program)
   {
     return program.GetStatus();
@@ -185,8 +201,6 @@ Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
   glUniform3fv(p.Uniform("u_boxLow"), 1, intervals.BoxLow.data());
   glUniform3fv(p.Uniform("u_boxHigh"), 1, intervals.BoxHigh.data());
   glUniform2f(p.Uniform("u_nearFar"), intervals.Near, intervals.Far);
-  glUniform4fv(p.Uniform("u_depthToView"), 1, intervals.DepthToView.data());
-  glUniform1i(p.Uniform("u_hasDepth"), intervals.HasDepth ? 1 : 0);
   glUniform1i(p.Uniform("u_hasSlice"), slice.empty() ? 0 : 1);
   view.Position.Bind(8);
   if (!slice.empty())
@@ -203,7 +217,11 @@ Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
       planes.size() * sizeof(PlaneAlongRays), planes.data(), GL_STREAM_DRAW);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, planeBuffer.Id());
   }
-  view.Depth.Bind(0);
+  if (intervals.HasDepth)
+  {
+    glUniform4fv(p.Uniform("u_depthToView"), 1, intervals.DepthToView.data());
+    view.Depth.Bind(0);
+  }
   glBindFramebuffer(GL_FRAMEBUFFER, view.IntervalTarget.Id());
   glBindVertexArray(this->Vertices.Id());
   glDrawArrays(GL_TRIANGLES, 0, 3);
@@ -334,7 +352,10 @@ void RayMarcher::ReadFeedback(ViewState& view, const AtlasPlan& plan, PassResult
   result.Overflow = words[shared::FEEDBACK_OVERFLOW] != 0;
   result.Fallback = words[shared::FEEDBACK_FALLBACK] != 0;
   result.Samples = words[shared::FEEDBACK_SAMPLES];
+  result.Evaluated = words[shared::FEEDBACK_EVALUATED];
   result.Contributing = words[shared::FEEDBACK_CONTRIBUTING];
+  result.Gradients = words[shared::FEEDBACK_GRADIENTS];
+  result.Visits = words[shared::FEEDBACK_VISITS];
   for (std::uint32_t e = 0; e < shared::REQUEST_ENTRIES; ++e)
   {
     const std::uint32_t* entry = &words[shared::FEEDBACK_HEADER_WORDS + e * shared::REQUEST_WORDS];
@@ -417,11 +438,12 @@ Status RayMarcher::Compose(ViewState& view, GLuint framebuffer, int x, int y)
   {
     return program.GetStatus();
   }
-  if (view.IsNative())
+  if (view.IsNative() && view.NativeChanged)
   {
     view.Color.Bind(0);
     glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_RGBA, GL_FLOAT,
       view.Native.Color.data());
+    view.NativeChanged = false;
   }
   const GLProgram& p = *program.Value();
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);

@@ -34,6 +34,8 @@ public:
 
   /// Copies the depth of the frame buffer that is bound for drawing, resolving samples.
   void CopyDepth(ViewState& view, GLuint framebuffer, int x, int y);
+  /// What CopyDepth() has copied, in 0..1, rows from the bottom. Waits for the GPU.
+  static std::vector<float> ReadDepth(const ViewState& view);
   /// Begins a picture: intervals, cleared accumulators, all tiles active. `slice`: per pixel the
   /// depth along its ray at which it meets the slice to be drawn, NaN if it doesn't; empty for
   /// blend modes without one.

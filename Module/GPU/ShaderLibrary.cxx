@@ -21,7 +21,7 @@ struct Feature
   const char* Name;
   bool ShaderVariant::*Member;
 };
-constexpr std::array<Feature, 11> Features = { {
+constexpr std::array<Feature, 12> Features = { {
   { "TERAVOX_NEAREST", &ShaderVariant::Nearest },
   { "TERAVOX_FIXED_STEP", &ShaderVariant::FixedStep },
   { "TERAVOX_FLOAT_DATA", &ShaderVariant::FloatData },
@@ -33,6 +33,7 @@ constexpr std::array<Feature, 11> Features = { {
   { "TERAVOX_COUNT", &ShaderVariant::Count },
   { "TERAVOX_SHOW_LEVEL", &ShaderVariant::ShowLevel },
   { "TERAVOX_ESTIMATE", &ShaderVariant::Estimate },
+  { "TERAVOX_OPAQUE_DEPTH", &ShaderVariant::OpaqueDepth },
 } };
 
 Result<std::string> ReadShaderFile(const std::string& file)
@@ -129,10 +130,11 @@ std::vector<ShaderVariant> ShaderVariant::All()
       variant.*Features[i].Member = (key >> i & 1u) != 0;
     }
     // Nearest interpolation has its own cuts; an interactive variant substitutes anyway; the debug
-    // picture is neither lit nor wrong; lights are there to shade.
+    // picture is neither lit nor wrong; lights are there to shade; the opaque depth is in the
+    // intervals already.
     if ((variant.Nearest && variant.FixedStep) || (variant.Interactive && variant.Substitute) ||
       (variant.ShowLevel && (variant.Shade || variant.Estimate)) ||
-      (variant.Lights && !variant.Shade))
+      (variant.Lights && !variant.Shade) || variant.OpaqueDepth)
     {
       continue;
     }

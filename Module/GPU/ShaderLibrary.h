@@ -13,6 +13,7 @@ namespace teravox
 
 /// The features that change the text of the marcher, as one comparable value: the key of the
 /// program cache. What a scene doesn't use isn't in its shader. Thread: immutable value.
+/// OpaqueDepth is a feature of Intervals.frag, all others are those of RayMarch.frag.
 struct ShaderVariant
 {
   bool Nearest = false;
@@ -25,6 +26,7 @@ struct ShaderVariant
   bool Substitute = false;
   bool Count = false;
   bool ShowLevel = false;
+  bool OpaqueDepth = false;
   bool Estimate = false;
   BlendKind Blend = BlendKind::Composite; ///< TERAVOX_BLEND
 
@@ -33,7 +35,7 @@ struct ShaderVariant
   bool operator<(const ShaderVariant& o) const { return this->Key() < o.Key(); }
   /// "#define TERAVOX_NEAREST 0" and so on, one line each.
   std::string Defines() const;
-  /// All variants that can occur.
+  /// All variants of the marcher that can occur.
   static std::vector<ShaderVariant> All();
 };
 

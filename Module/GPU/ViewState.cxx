@@ -5,6 +5,7 @@
 #include "SharedLayout.h"
 
 #include <array>
+#include <cstring>
 
 namespace teravox
 {
@@ -14,6 +15,20 @@ static_assert(shared::REQUEST_WORDS == RequestTableWords);
 static_assert(shared::FEEDBACK_HEADER_WORDS == FeedbackHeaderWords);
 static_assert(shared::TILE_SIZE == 32);
 static_assert(shared::CELL_EDGE == CellEdge);
+
+bool PictureKey::operator==(const PictureKey& o) const
+{
+  const auto same = [&](auto IntervalParameters::*member)
+  { return this->Intervals.*member == o.Intervals.*member; };
+  static_assert(sizeof(MarchParameters) % sizeof(MarchParameters::Vec) == 0, "no padding");
+  return this->FunctionVersion == o.FunctionVersion && this->Variant == o.Variant &&
+    std::memcmp(&this->Parameters, &o.Parameters, sizeof(MarchParameters)) == 0 &&
+    same(&IntervalParameters::BoxLow) && same(&IntervalParameters::BoxHigh) &&
+    same(&IntervalParameters::Near) && same(&IntervalParameters::Far) &&
+    same(&IntervalParameters::HasDepth) && same(&IntervalParameters::DepthToView) &&
+    same(&IntervalParameters::Rectangle) && this->Planes == o.Planes && this->Lights == o.Lights &&
+    this->Slice == o.Slice;
+}
 
 std::uint32_t ViewState::BlockStampIndex() const
 {
@@ -111,6 +126,7 @@ void ViewState::Release()
   this->IntervalTarget.Release();
   this->EmptyTarget.Release();
   this->ActiveTiles.clear();
+  this->Complete.reset();
   this->Native_ = false;
   this->Estimate_ = false;
   this->Width_ = 0;

@@ -4,13 +4,30 @@
 
 #include "AtlasPlan.h"
 #include "GLObjects.h"
+#include "MarchParameters.h"
 #include "NativeMarcher.h"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace teravox
 {
+
+/// What the picture of a view depends on, beside the data and the opaque depth: where all this is
+/// equal, so is the picture, to the bit.
+struct PictureKey
+{
+  MarchParameters Parameters; ///< as a picture begins
+  IntervalParameters Intervals;
+  std::uint64_t FunctionVersion = 0;
+  unsigned Variant = 0;                     ///< ShaderVariant::Key()
+  std::vector<PlaneAlongRays> Planes;       ///< that clip
+  std::vector<MarchParameters::Vec> Lights; ///< LightTable
+  std::shared_ptr<const std::vector<double>> Slice;
+
+  bool operator==(const PictureKey& o) const;
+};
 
 /// State of one view (renderer, eye): colour and position of each ray, its intervals, the copy of
 /// the opaque depth, the feedback of its passes and the tiles that are still under way. Thread:
@@ -35,6 +52,7 @@ public:
   std::size_t FeedbackWords() const;
 
   NativeView Native; ///< of the native marcher; its colours are copied to Color to be blended
+  bool NativeChanged = false; ///< Color doesn't have them yet
   GLTexture Color;
   GLTexture Position;
   GLTexture Intervals;
@@ -46,6 +64,7 @@ public:
   GLFramebuffer IntervalTarget;           ///< intervals
   GLFramebuffer EmptyTarget;              ///< no attachment: the marcher writes images
   std::vector<std::uint32_t> ActiveTiles; ///< x | y << 16
+  std::optional<PictureKey> Complete;     ///< of the picture in Color, if that is complete
 
 private:
   MemoryShare NativeBytes;

@@ -49,6 +49,7 @@ void VolumeEngine::SetSource(std::shared_ptr<BrickSource> source)
   this->TableVersion = 0;
   this->Plan_ = {}; // a new page table with the next frame
   this->Unanswered = {};
+  this->ForgetPictures();
   if (this->Loader)
   {
     this->Loader->SetSource(0, this->Source_);
@@ -161,6 +162,7 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
     return plan.GetStatus();
   }
   this->KeepCounters();
+  this->ForgetPictures();
   this->Atlas.reset();
   this->Residency_.reset();
   this->Plan_ = {};
@@ -198,6 +200,14 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
     }
   }
   return {};
+}
+
+void VolumeEngine::ForgetPictures()
+{
+  for (const auto& view : this->Views)
+  {
+    view.second->Complete.reset();
+  }
 }
 
 void VolumeEngine::KeepCounters()
@@ -332,22 +342,41 @@ bool VolumeEngine::Carry(FramePlan plan)
   return changed;
 }
 
-Status VolumeEngine::RunPasses(
-  const FrameRequest& request, ViewState& view, MarchParameters& parameters, const ViewOrder& order)
+ShaderVariant VolumeEngine::VariantOf(const FrameRequest& request, const VoxelFormat& format)
 {
   ShaderVariant variant;
   variant.Nearest = request.Nearest;
   variant.Blend = request.Blend.Kind;
   const bool isComposite = variant.Blend == BlendKind::Composite;
   variant.FixedStep = !request.Nearest && request.Tolerance <= 0 && isComposite;
-  variant.FloatData = this->Atlas->Format().IsFloat();
-  variant.SlotTable = this->Atlas->Format().Relative;
+  variant.FloatData = format.IsFloat();
+  variant.SlotTable = format.Relative;
   variant.Shade = request.Shade && (isComposite || variant.Blend == BlendKind::Isosurface);
   variant.Lights = variant.Shade && !request.Lights.empty();
   variant.Interactive = !request.Converge;
   variant.Count = request.CountSamples;
   variant.ShowLevel = request.ShowLevel;
   variant.Estimate = request.ErrorEstimate && !request.ShowLevel && isComposite;
+  return variant;
+}
+
+bool VolumeEngine::IsStillThere(const FrameRequest& request, ViewState& view, const PictureKey& key)
+{
+  const bool same = request.ReusePicture && view.Complete && *view.Complete == key;
+  if (!request.UseDepth)
+  {
+    return same;
+  }
+  // Only where all else is the same is it worth while to wait for the depth itself.
+  const std::vector<float> before = same ? RayMarcher::ReadDepth(view) : std::vector<float>();
+  this->Marcher->CopyDepth(view, request.Framebuffer, request.X, request.Y);
+  return same && RayMarcher::ReadDepth(view) == before;
+}
+
+Status VolumeEngine::RunPasses(
+  const FrameRequest& request, ViewState& view, MarchParameters& parameters, const ViewOrder& order)
+{
+  ShaderVariant variant = VariantOf(request, this->Atlas->Format());
 
   // An interactive frame goes on with the wishes of the one before: without them all that has come
   // since would be thrown away before the first pass.
@@ -406,7 +435,10 @@ Status VolumeEngine::RunPasses(
     waiting = pass.Value().Waiting;
     unfinished = pass.Value().Unfinished;
     this->Frame.Samples += pass.Value().Samples;
+    this->Frame.EvaluatedSamples += pass.Value().Evaluated;
     this->Frame.ContributingSamples += pass.Value().Contributing;
+    this->Frame.Gradients += pass.Value().Gradients;
+    this->Frame.Visits += pass.Value().Visits;
     feedback = std::move(pass.Value().Report);
     lastProgress = waiting ? lastProgress : Now();
     if (!request.Converge)
@@ -463,33 +495,41 @@ Status VolumeEngine::Render(const FrameRequest& request)
         std::to_string(request.Camera.Width) + " x " + std::to_string(request.Camera.Height) +
         " pixels.");
   }
+  if (request.Converge)
+  {
+    this->Looseness = 1;
+  }
   MarchParameters& parameters = geometry.Value().Parameters;
   this->FillParameters(request, parameters);
   this->EstimateStep = parameters.Step;
   this->EstimateKnown =
     (request.Tolerance > 0 || request.Nearest) && request.Blend.Kind == BlendKind::Composite;
+  std::vector<MarchParameters::Vec> lights;
+  if (request.Shade && !request.Lights.empty())
+  {
+    lights = MakeLightTable(request.Lights, request.Camera.ViewFromWorld, geometry.Value().Rays,
+      request.Camera.Width, request.Camera.Height);
+    parameters.Normal = geometry.Value().ViewNormal;
+  }
+  geometry.Value().Intervals.HasDepth = request.UseDepth;
+  const PictureKey key{ parameters, geometry.Value().Intervals, this->FunctionVersion,
+    VariantOf(request, this->Atlas->Format()).Key(), geometry.Value().Planes, lights,
+    request.SliceDepths };
+  if (this->IsStillThere(request, *view, key))
+  {
+    this->Frame.Converged = true;
+    return this->Marcher->Compose(*view, request.Framebuffer, request.X, request.Y);
+  }
+  view->Complete.reset();
   if (request.Converge)
   {
-    this->Looseness = 1;
     this->Residency_->SetPinned({});
   }
   else
   {
     this->PinCoarsest();
   }
-  this->Marcher->SetLights(request.Shade
-      ? MakeLightTable(request.Lights, request.Camera.ViewFromWorld, geometry.Value().Rays,
-          request.Camera.Width, request.Camera.Height)
-      : std::vector<MarchParameters::Vec>());
-  if (!request.Lights.empty())
-  {
-    parameters.Normal = geometry.Value().ViewNormal;
-  }
-  geometry.Value().Intervals.HasDepth = request.UseDepth;
-  if (request.UseDepth)
-  {
-    this->Marcher->CopyDepth(*view, request.Framebuffer, request.X, request.Y);
-  }
+  this->Marcher->SetLights(std::move(lights));
   const double start = Now();
   std::vector<float> slice;
   if (request.Blend.Kind == BlendKind::Slice)
@@ -506,6 +546,10 @@ Status VolumeEngine::Render(const FrameRequest& request)
   if (status)
   {
     status = this->RunPasses(request, *view, parameters, geometry.Value().Order);
+  }
+  if (status && this->Frame.Converged)
+  {
+    view->Complete = key;
   }
   if (!request.Converge && request.TimeBudget > 0)
   {

@@ -53,7 +53,7 @@ struct FrameRequest
   GLuint Framebuffer = 0;
   int X = 0; ///< lower left of the viewport in the frame buffer, pixels
   int Y = 0;
-  bool UseDepth = true;
+  bool UseDepth = true; ///< rays end at the frame buffer's depth; else nothing reads it
   bool Nearest = false;
   bool Shade = false;
   std::array<float, 4> Material{ 0, 1, 0, 1 };
@@ -65,6 +65,7 @@ struct FrameRequest
   double SampleDistance = 1;      ///< world units
   double ShortestLength = 1e-3;   ///< a wall (opacity 1) of this world length lets nothing pass
   bool EmptySpaceSkipping = true;
+  bool ReusePicture = true; ///< the last picture again, where it is complete and the same
   bool CountSamples = false;
   bool ShowLevel = false;
   bool ErrorEstimate = false;
@@ -85,8 +86,11 @@ struct FrameStatistics
   bool Aborted = false;
   std::size_t MissingBricks = 0;
   std::uint64_t Passes = 0;
-  std::uint64_t Samples = 0;
-  std::uint64_t ContributingSamples = 0;
+  std::uint64_t Samples = 0;             ///< cells or samples of the field looked at
+  std::uint64_t EvaluatedSamples = 0;    ///< of them those whose colour was computed
+  std::uint64_t ContributingSamples = 0; ///< of them those that added something
+  std::uint64_t Gradients = 0;           ///< places where gradients were computed
+  std::uint64_t Visits = 0;              ///< of rays: bricks, and empty regions left at once
   std::uint64_t Draws = 0;
 };
 
@@ -166,6 +170,9 @@ private:
   Status RunPasses(const FrameRequest& request, ViewState& view, MarchParameters& parameters,
     const ViewOrder& order);
   bool Carry(FramePlan plan);
+  static ShaderVariant VariantOf(const FrameRequest& request, const VoxelFormat& format);
+  bool IsStillThere(const FrameRequest& request, ViewState& view, const PictureKey& key);
+  void ForgetPictures();
   void KeepCounters();
   bool AnyFailed() const { return this->FailedBricks() + this->FailedPageBlocks() > 0; }
   std::uint64_t FixedBytes(const ViewState* except, int width, int height) const;

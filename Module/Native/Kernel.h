@@ -186,6 +186,7 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
     const float t1 = Min(leave, end);
     Found found = FindBrick(c, here, current);
     c.Steps += 16; // a brick costs about as much
+    report.Visits += 1;
     if (found.Kind == FoundKind::Missing)
     {
       Request(report, at.Level, current, state.Transmittance);
@@ -245,6 +246,7 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
     else if (found.Kind == FoundKind::Single)
     {
       IntegrateConstant(c, state, ray, TransferPosition(c.Table, found.Low, found.High), t0, t1);
+      report.Evaluated += 1;
     }
     if (substituted && c.Scene.Error != nullptr && t1 > t0)
     {
@@ -380,7 +382,9 @@ void MarchTile(
   const NativeScene& scene, int left, int bottom, int right, int top, NativeReport& report)
 {
   const MarchParameters& p = *scene.Parameters;
-  Context c{ scene, p, TableOf(scene), MakeRayLight(scene), 0, 0, 0, {}, {} };
+  NativeScene counted = scene;
+  counted.Report = &report;
+  Context c{ counted, p, TableOf(scene), MakeRayLight(scene), 0, 0, 0, {}, {} };
   for (int y = bottom; y < top; ++y)
   {
     for (int x = left; x < right; ++x)

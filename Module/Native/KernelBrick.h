@@ -50,8 +50,10 @@ TERAVOX_INLINE void TakeAll(Context& c, State& state, const Segments& s, const P
 {
   // Transmittance only falls: what needn't be cut now needn't be later.
   const unsigned costly = Bits((front.Error * state.Transmittance) > c.P.Step[3]) & bits;
+  std::uint64_t& evaluated = c.Scene.Report->Evaluated;
   if ((costly | turning) != 0)
   {
+    evaluated += static_cast<std::uint64_t>(__builtin_popcount(bits));
     TakeInParts<Shade>(c, state, s, front, turn, bits, turning, costly);
     return;
   }
@@ -60,6 +62,7 @@ TERAVOX_INLINE void TakeAll(Context& c, State& state, const Segments& s, const P
   {
     const int lane = __builtin_ctz(bits);
     const float opacity = front.Color[lane][3];
+    evaluated += 1;
     c.Contributing += opacity > 0.0f ? 1 : 0;
     Accumulate(state, opacity, front.Color[lane], front.Error[lane]);
     if (state.Transmittance <= end)
@@ -95,7 +98,7 @@ __attribute__((noinline)) void IntegrateLinear(
       ((k.V[0] + k.V[1]) + (k.V[2] + k.V[3])) + ((k.V[4] + k.V[5]) + (k.V[6] + k.V[7]));
     visible &= sum == sum;
   }
-  const unsigned bits = Bits(visible);
+  unsigned bits = Bits(visible);
   if (bits == 0)
   {
     return;
@@ -112,9 +115,22 @@ __attribute__((noinline)) void IntegrateLinear(
   s.Field = { NodeOf(c.Table, view, s.Field.A), s.Field.B * toNodes, s.Field.C * toNodes,
     s.Field.D * toNodes };
   s.Length = passed * ray.World;
+  const Floats turn = TurningPoint(s.Field);
+  if (c.P.Switches[0] != 0)
+  {
+    // The corners reach further than the line: a piece between ends that see nothing adds 0.
+    const Floats ends[3] = { s.Field.A, Along(s.Field, turn), Along(s.Field, Splat(1.0f)) };
+    bits &= ~Bits(IsEmptyBetween(
+      c.Table, Min(ends[0], Min(ends[1], ends[2])), Max(ends[0], Max(ends[1], ends[2]))));
+    if (bits == 0)
+    {
+      return;
+    }
+  }
   if constexpr (Shade)
   {
     s.Begin = v.Begin;
+    c.Scene.Report->Gradients += static_cast<std::uint64_t>(__builtin_popcount(bits));
     s.Light = LoadGradient<T>(view, v.At, k, w, d);
     const auto scale = [](const Cubic& g, float f) -> Cubic {
       return { g.A * f, g.B * f, g.C * f, g.D * f };
@@ -122,7 +138,6 @@ __attribute__((noinline)) void IntegrateLinear(
     s.Light = { scale(s.Light.X, view.PerVoxelX), scale(s.Light.Y, view.PerVoxelY),
       scale(s.Light.Z, view.PerVoxelZ) };
   }
-  const Floats turn = TurningPoint(s.Field);
   const unsigned turning = Bits(turn < 1.0f) & bits;
   Pieces front;
   Evaluate<Shade>(c, s, Floats{}, turn, front);
@@ -145,9 +160,12 @@ __attribute__((noinline)) void IntegrateNearest(
   {
     return;
   }
+  const auto seen = static_cast<std::uint64_t>(__builtin_popcount(bits));
+  c.Scene.Report->Evaluated += seen;
   Color<Floats> color = TransferColor(c.Table, node);
   if constexpr (Shade)
   {
+    c.Scene.Report->Gradients += seen;
     const auto difference = [&](std::int32_t voxels, float perVoxel)
     {
       const auto step = static_cast<std::ptrdiff_t>(sizeof(T)) * voxels;
@@ -234,6 +252,9 @@ void IntegrateBrick(
   // Nor where a light may have an edge between them.
   float spansFrom = Nearest || sizeof(T) == 4 || (Shade && c.Light.Positional) ? t1 : t0;
   int spansLeft = MostFailures;
+  // What was left of the ray when last nothing waited in the lot. What waits differs with skipping,
+  // and whether spans are tried must not.
+  State settled = state;
   // A gradient reaches further than the values of a cell.
   constexpr bool uniformToo = !Shade;
   Lot& lot = c.Cells;
@@ -327,7 +348,7 @@ void IntegrateBrick(
     {
       // Most cells of a surface are out of the question by themselves.
       const bool even =
-        IsEvenEnough(BoundsOf(c, state, ray, view, spanStep, RangeOf<T>(view, place.Range)));
+        IsEvenEnough(BoundsOf(c, settled, ray, view, spanStep, RangeOf<T>(view, place.Range)));
       const Reach reach =
         even ? LookAhead<T>(view, w, at, t, Min(t + spanStep * SpanPieces, t1)) : Reach{ stop, {} };
       if (even && reach.End - t >= ShortestSpan * voxel)
@@ -337,6 +358,7 @@ void IntegrateBrick(
           return;
         }
         const float cost = IntegrateSpan<T, Shade>(c, state, ray, view, w, t, reach);
+        settled = state;
         if (cost <= 1.0f)
         {
           if (IsOver(c, state))

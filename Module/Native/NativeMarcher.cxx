@@ -229,7 +229,10 @@ PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::
     result.Unfinished = result.Unfinished || report.Unfinished;
     result.Fallback = result.Fallback || report.Fallback;
     result.Samples += report.Samples;
+    result.Evaluated += report.Evaluated;
     result.Contributing += report.Contributing;
+    result.Gradients += report.Gradients;
+    result.Visits += report.Visits;
     if (report.Waiting || report.Unfinished)
     {
       active.push_back(tiles[i]);

@@ -9,6 +9,8 @@
 namespace teravox
 {
 
+struct NativeReport;
+
 /// Everything that a pass of the native marcher reads and writes, as plain pointers: what the
 /// bindings of Shaders/Library/Bindings.glsl are for the GLSL one. Thread: shared by all threads
 /// of a pass; rays write their own pixels, stamps are single bytes written atomically.
@@ -60,6 +62,8 @@ struct NativeScene
   /// Of Slice, Depth isn't that of opaque geometry, but that along the rays at which the slice is
   /// met; NaN where it isn't.
   BlendKind Blend = BlendKind::Composite;
+
+  NativeReport* Report = nullptr; ///< where a tile counts; the kernel sets it for each
 };
 
 /// What the rays of one tile report.
@@ -68,8 +72,13 @@ struct NativeReport
   /// Called for each ray that misses a brick.
   void (*Request)(void* context, int level, const std::uint32_t* brick, float weight) = nullptr;
   void* Context = nullptr;
-  std::uint64_t Samples = 0;
+  std::uint64_t Samples = 0; ///< cells or samples of the field looked at
+  /// Of them those for which colour and opacity were computed, but for lanes behind a ray's end;
+  /// those that added something; and those whose gradient was computed.
+  std::uint64_t Evaluated = 0;
   std::uint64_t Contributing = 0;
+  std::uint64_t Gradients = 0;
+  std::uint64_t Visits = 0; ///< bricks, and empty regions that were left at once
   bool Waiting = false;
   bool Unfinished = false;
   bool Fallback = false;

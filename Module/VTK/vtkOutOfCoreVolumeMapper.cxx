@@ -30,6 +30,7 @@
 #include "vtkPlane.h"
 #include "vtkPlaneCollection.h"
 #include "vtkPointData.h"
+#include "vtkPropCollection.h"
 #include "vtkRenderWindow.h"
 #include "vtkRenderer.h"
 #include "vtkTrivialProducer.h"
@@ -229,6 +230,7 @@ void vtkOutOfCoreVolumeMapper::PrintSelf(ostream& os, vtkIndent indent)
      << indent << "MinimumLevel: " << this->MinimumLevel << "\n"
      << indent << "MaximumLevel: " << this->MaximumLevel << "\n"
      << indent << "EmptySpaceSkipping: " << this->EmptySpaceSkipping << "\n"
+     << indent << "PictureReuse: " << this->PictureReuse << "\n"
      << indent << "NumberOfLoaderThreads: " << this->NumberOfLoaderThreads << "\n"
      << indent << "BrickSize: " << this->BrickSize << "\n"
      << indent << "MaximumNumberOfSlots: " << this->MaximumNumberOfSlots << "\n"
@@ -686,6 +688,32 @@ void SetMaterial(vtkRenderer* ren, vtkVolumeProperty* property, teravox::FrameRe
 }
 } // namespace
 
+namespace
+{
+// Whether the depth buffer may hold anything when this volume is drawn. No only where that is
+// certain: what else passes, other renderers and an application of its own draw isn't known here.
+bool MayMeetGeometry(vtkRenderer* ren, vtkVolume* vol)
+{
+  vtkRenderWindow* window = ren->GetRenderWindow();
+  if (ren->GetPass() != nullptr || ren->GetPreserveDepthBuffer() != 0 || ren->GetErase() == 0 ||
+    window->GetErase() == 0 || ren->GetTexturedBackground() || ren->GetGradientBackground())
+  {
+    return true;
+  }
+  vtkCollectionSimpleIterator it = nullptr;
+  vtkPropCollection* props = ren->GetViewProps();
+  props->InitTraversal(it);
+  while (vtkProp* prop = props->GetNextProp(it))
+  {
+    if (prop != vol && prop->GetVisibility() != 0)
+    {
+      return true;
+    }
+  }
+  return false;
+}
+} // namespace
+
 void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
 {
   vtkInternals& in = *this->Internals;
@@ -840,6 +868,8 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   request.Tolerance = this->ImageErrorTolerance;
   request.SampleDistance = static_cast<double>(this->SampleDistance);
   request.EmptySpaceSkipping = this->EmptySpaceSkipping != 0;
+  request.ReusePicture = this->PictureReuse != 0;
+  request.UseDepth = MayMeetGeometry(ren, vol);
   request.CountSamples = this->CountSamples != 0;
   request.ShowLevel = this->ShowLevels != 0;
   request.ErrorEstimate = this->ErrorEstimate != 0;
@@ -1106,6 +1136,21 @@ double vtkOutOfCoreVolumeMapper::GetTimeToConverged()
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfSamples()
 {
   return this->Internals->Engine.LastFrame().Samples;
+}
+
+vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfEvaluatedSamples()
+{
+  return this->Internals->Engine.LastFrame().EvaluatedSamples;
+}
+
+vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfGradients()
+{
+  return this->Internals->Engine.LastFrame().Gradients;
+}
+
+vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfVisits()
+{
+  return this->Internals->Engine.LastFrame().Visits;
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfContributingSamples()

@@ -139,6 +139,16 @@ public:
 
   ///@{
   /**
+   * Where nothing has changed since the last complete picture, show that again instead of drawing
+   * the same. Default on.
+   */
+  vtkSetMacro(PictureReuse, vtkTypeBool);
+  vtkGetMacro(PictureReuse, vtkTypeBool);
+  vtkBooleanMacro(PictureReuse, vtkTypeBool);
+  ///@}
+
+  ///@{
+  /**
    * Number of loader threads, 1...64. Default: the number of processors, at most 8.
    */
   vtkSetClampMacro(NumberOfLoaderThreads, int, 1, 64);
@@ -279,9 +289,18 @@ public:
   /** Seconds from the first Render() after a new source to the first complete picture. */
   double GetTimeToFirstPicture();
   double GetTimeToConverged();
-  /** Of the last frame; samples need CountSamplesOn(). */
+  /**
+   * Of the last frame; they need CountSamplesOn(). Samples are places or cells of the field that
+   * were looked at; of the evaluated ones opacity and colour were computed, the contributing ones
+   * added something. Gradients: places where they were computed. Visits: bricks that rays went
+   * through, and empty regions that they left at once.
+   */
   vtkTypeUInt64 GetNumberOfSamples();
+  vtkTypeUInt64 GetNumberOfEvaluatedSamples();
   vtkTypeUInt64 GetNumberOfContributingSamples();
+  vtkTypeUInt64 GetNumberOfGradients();
+  vtkTypeUInt64 GetNumberOfVisits();
+  /** Of the last frame: 0 where the picture was still there. */
   vtkTypeUInt64 GetNumberOfPasses();
   /** Page-table entries written, wishes and uploads handled in the last frame. */
   vtkTypeUInt64 GetNumberOfOperations();
@@ -320,6 +339,7 @@ protected:
   int MinimumLevel = 0;
   int MaximumLevel = 31;
   vtkTypeBool EmptySpaceSkipping = 1;
+  vtkTypeBool PictureReuse = 1;
   int NumberOfLoaderThreads = 2;
   int BrickSize = 64;
   vtkTypeUInt32 MaximumNumberOfSlots = 0;

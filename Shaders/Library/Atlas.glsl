@@ -122,6 +122,7 @@ float Along(vec4 cubic, float u)
   return v;
 }
 
+#if TERAVOX_SHADE
 // Differences over +-1 voxel along each axis as cubics along the same line: the gradient that VTK
 // interpolates.
 struct Gradient
@@ -177,3 +178,4 @@ vec3 CentralDifference(BrickView view, ivec3 at)
   precise vec3 difference = (forward - backward) * view.scale;
   return difference;
 }
+#endif

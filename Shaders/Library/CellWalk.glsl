@@ -118,7 +118,7 @@ VisitedCell NextVisibleCell(inout CellWalk walk, inout State state, BrickView vi
         found.visible && !isnan(dot(found.corners.near + found.corners.far, vec4(1.0)));
 #endif
       state.steps += 1u;
-      Count(state, false);
+      COUNT(samples, true);
       if (found.visible || walk.t >= walk.runEnd || walk.t >= walk.end)
       {
         break;

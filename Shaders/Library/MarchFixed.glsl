@@ -35,7 +35,7 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
   float step_ = u_step.x / ray.world;
   float t = t0;
   Sample a = SampleAt(view, t0);
-  Count(state, false);
+  COUNT(samples, true);
   for (int i = 0; i < 16384; ++i)
   {
     if (t >= t1 || state.transmittance <= u_step.z)
@@ -56,11 +56,17 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
     float gathered = CentroidOf(a.s, b.s, depth);
     vec3 color = mix(TransferColor(a.x), TransferColor(b.x), gathered);
 #if TERAVOX_SHADE
-    color = LitColor(color, LightAt(state, view, level, mix(t, next, gathered)));
+    if (depth > 0.0)
+    {
+      color = LitColor(color, LightAt(state, view, level, mix(t, next, gathered)));
+      COUNT(gradients, true);
+    }
 #endif
     Accumulate(state, opacity, color);
     state.steps += 1u;
-    Count(state, depth > 0.0);
+    COUNT(samples, true);
+    COUNT(evaluated, true);
+    COUNT(contributing, depth > 0.0);
     t = next;
     a = b;
   }

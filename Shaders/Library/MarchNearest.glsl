@@ -26,11 +26,17 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
 #endif
       vec3 color = TransferColor(node);
 #if TERAVOX_SHADE
-      vec3 difference = CentralDifference(view, voxel) / vec3(u_levelFactor[level].xyz);
-      color = LitColor(color, Shade(difference, state.light, mix(t, next, 0.5)));
+      if (depth > 0.0)
+      {
+        vec3 difference = CentralDifference(view, voxel) / vec3(u_levelFactor[level].xyz);
+        color = LitColor(color, Shade(difference, state.light, mix(t, next, 0.5)));
+        COUNT(gradients, true);
+      }
 #endif
       Accumulate(state, OpacityOf(depth), color);
-      Count(state, depth > 0.0);
+      COUNT(samples, true);
+      COUNT(evaluated, depth > 0.0);
+      COUNT(contributing, depth > 0.0);
       t = next;
     }
     state.steps += 1u;

@@ -47,8 +47,16 @@ float TurningPoint(vec4 c)
   return u > 0.0 && u < 1.0 ? u : 2.0;
 }
 
-void IntegrateCell(
-  inout State state, Ray ray, BrickView view, int level, CellWalk walk, VisitedCell visited)
+// The line of a ray through a cell.
+struct CellLine
+{
+  vec3 begin; // in the cell
+  vec3 along; // to where it ends
+  vec4 cubic; // the field, in nodes of the transfer table
+  float turn; // where that turns
+};
+
+CellLine LineThrough(BrickView view, CellWalk walk, VisitedCell visited)
 {
   precise vec3 w0 = (walk.first + visited.begin * view.direction) - visited.cell;
   precise vec3 dw = (walk.t - visited.begin) * view.direction;
@@ -56,10 +64,27 @@ void IntegrateCell(
   cubic *= view.scale;
   cubic.x += view.offset;
   cubic *= u_transfer.z;
+  return CellLine(w0, dw, cubic, TurningPoint(cubic));
+}
+
+// The corners reach further than the line: a piece between ends that see nothing adds 0.
+bool IsLineEmpty(CellLine line)
+{
+  vec3 ends = vec3(line.cubic.x, Along(line.cubic, min(line.turn, 1.0)), Along(line.cubic, 1.0));
+  return u_switches.x != 0u && IsEmptyBetween(Minimum(ends), Maximum(ends));
+}
+
+void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWalk walk,
+  VisitedCell visited, CellLine line)
+{
+  vec4 cubic = line.cubic;
+  float turn = line.turn;
   float length_ = (walk.t - visited.begin) * ray.world;
-  float turn = TurningPoint(cubic);
+  COUNT(evaluated, true);
 #if TERAVOX_SHADE
-  Gradient gradient = GradientAlong(view, ivec3(visited.cell), visited.corners, w0, dw);
+  COUNT(gradients, true);
+  Gradient gradient =
+    GradientAlong(view, ivec3(visited.cell), visited.corners, line.begin, line.along);
   float scale = view.scale;
   float extent = walk.t - visited.begin;
   vec3 perVoxel = scale / vec3(u_levelFactor[level].xyz);
@@ -72,7 +97,9 @@ void IntegrateCell(
 #if TERAVOX_SHADE
   vec3 normalA = NormalOf(Along(gradient, 0.0) * perVoxel);
 #endif
-  bool contributes = false;
+#if TERAVOX_COUNT
+  float before = state.transmittance;
+#endif
   for (int i = 0; i < 512; ++i)
   {
     if (u >= 1.0 || state.transmittance <= u_step.z)
@@ -150,7 +177,6 @@ void IntegrateCell(
       state.error += error;
 #endif
       Accumulate(state, opacity, color);
-      contributes = contributes || depth > 0.0;
       u = to;
       a = b;
       colorA = colorB;
@@ -165,7 +191,15 @@ void IntegrateCell(
       break;
     }
   }
-#if TERAVOX_COUNT
-  state.contributing += contributes ? 1u : 0u;
-#endif
+  COUNT(contributing, state.transmittance < before);
+}
+
+void IntegrateCell(
+  inout State state, Ray ray, BrickView view, int level, CellWalk walk, VisitedCell visited)
+{
+  CellLine line = LineThrough(view, walk, visited);
+  if (!IsLineEmpty(line))
+  {
+    IntegrateLine(state, ray, view, level, walk, visited, line);
+  }
 }

@@ -80,7 +80,8 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
       {
         TakeValue(state, ray, node, gradient, t, next);
       }
-      Count(state, !none);
+      COUNT(samples, true);
+      COUNT(contributing, !none);
       t = next;
     }
     state.steps += 1u;

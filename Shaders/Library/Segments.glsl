@@ -6,14 +6,55 @@ struct State
 {
   vec3 color;
   float transmittance;
+#if TERAVOX_SHADE
   RayLight light;
-  uint steps;   // of this pass
-  uint samples; // taken and contributing, in variants that count
+#endif
+  uint steps; // of this pass
+#if TERAVOX_COUNT
+  uint samples; // see FEEDBACK_SAMPLES
+  uint evaluated;
   uint contributing;
+  uint gradients;
+  uint visits;
+#endif
 #if TERAVOX_ESTIMATE
   float error; // estimate of what the colour may be off
 #endif
 };
+
+// Counts only in variants that do; the others have nothing of it.
+#if TERAVOX_COUNT
+#define COUNT(counter, condition) state.counter += (condition) ? 1u : 0u
+#else
+#define COUNT(counter, condition)
+#endif
+
+State NewState(vec4 accumulated)
+{
+  State state;
+  state.color = accumulated.rgb;
+  state.transmittance = accumulated.a;
+  state.steps = 0u;
+#if TERAVOX_COUNT
+  state.samples = 0u;
+  state.evaluated = 0u;
+  state.contributing = 0u;
+  state.gradients = 0u;
+  state.visits = 0u;
+#endif
+  return state;
+}
+
+void ReportCounts(State state)
+{
+#if TERAVOX_COUNT
+  atomicAdd(b_feedback[FEEDBACK_SAMPLES], state.samples);
+  atomicAdd(b_feedback[FEEDBACK_EVALUATED], state.evaluated);
+  atomicAdd(b_feedback[FEEDBACK_CONTRIBUTING], state.contributing);
+  atomicAdd(b_feedback[FEEDBACK_GRADIENTS], state.gradients);
+  atomicAdd(b_feedback[FEEDBACK_VISITS], state.visits);
+#endif
+}
 
 void Accumulate(inout State state, float opacity, vec3 litColor)
 {
@@ -21,14 +62,6 @@ void Accumulate(inout State state, float opacity, vec3 litColor)
   precise float transmittance = state.transmittance * (1.0 - opacity);
   state.color = color;
   state.transmittance = transmittance;
-}
-
-void Count(inout State state, bool contributes)
-{
-#if TERAVOX_COUNT
-  state.samples += 1u;
-  state.contributing += contributes ? 1u : 0u;
-#endif
 }
 
 #if TERAVOX_ESTIMATE
@@ -56,5 +89,7 @@ void IntegrateConstant(inout State state, Ray ray, float position, float t0, flo
 #endif
   Accumulate(state, OpacityOf(depth), color);
   state.steps += 1u;
-  Count(state, depth > 0.0);
+  COUNT(samples, true);
+  COUNT(evaluated, true);
+  COUNT(contributing, depth > 0.0);
 }

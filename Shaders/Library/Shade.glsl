@@ -4,6 +4,7 @@
 // the central difference spans one voxel of the level on each side (VTK: n / (n - 1) voxels), and
 // normals are turned by the image's direction matrix.
 
+#if TERAVOX_SHADE
 struct Light
 {
   vec3 diffuse;  // factor of the colour, ambient included
@@ -70,3 +71,4 @@ vec3 LitColor(vec3 color, Light light)
 {
   return clamp(color * light.diffuse + light.specular, 0.0, 1.0);
 }
+#endif

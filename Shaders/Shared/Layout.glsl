@@ -23,8 +23,14 @@ const uint FEEDBACK_WAITING = 0u;      // a ray waits for a brick
 const uint FEEDBACK_UNFINISHED = 1u;   // a ray stopped because its pass was long enough
 const uint FEEDBACK_OVERFLOW = 2u;     // a request found no place in the table
 const uint FEEDBACK_FALLBACK = 3u;     // a coarser ancestor was drawn for a missing or failed brick
-const uint FEEDBACK_SAMPLES = 4u;      // samples taken (variants that count)
-const uint FEEDBACK_CONTRIBUTING = 5u; // samples that contributed (variants that count)
+// Of variants that count: cells or samples of the field looked at; of them those whose opacity and
+// colour were computed, and those that contributed; places where gradients were computed; bricks,
+// and empty regions that were left at once.
+const uint FEEDBACK_SAMPLES = 4u;
+const uint FEEDBACK_CONTRIBUTING = 5u;
+const uint FEEDBACK_EVALUATED = 6u;
+const uint FEEDBACK_GRADIENTS = 7u;
+const uint FEEDBACK_VISITS = 8u;
 const uint FEEDBACK_HEADER_WORDS = 16u;
 const uint REQUEST_ENTRIES = 4096u;
 const uint REQUEST_WORDS = 6u; // tag, x, y, z, level, weight

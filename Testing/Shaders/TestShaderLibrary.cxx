@@ -4,6 +4,7 @@
 #include "ShaderLibrary.h"
 
 #include <algorithm>
+#include <bitset>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -44,7 +45,153 @@ std::vector<std::string> StageFiles()
   }
   return files;
 }
+// What a compiler sees of a text: lines under conditions that don't hold are left out, as are
+// comments and what is only defined. Conditions are features, joined by || and negated by !.
+class Preprocessor
+{
+public:
+  static std::string Run(const std::string& text)
+  {
+    Preprocessor self;
+    for (const std::string& line : Lines(text))
+    {
+      self.Take(line.substr(0, line.find("//")));
+    }
+    EXPECT_TRUE(self.Open.empty());
+    return self.Out;
+  }
+
+private:
+  struct Branch
+  {
+    bool Outside; ///< what is around it holds
+    bool Taken;   ///< this branch or one before
+    bool Holds;
+  };
+
+  bool IsSet(const std::string& condition) const
+  {
+    std::istringstream words(condition);
+    bool result = false;
+    for (std::string word; words >> word;)
+    {
+      if (word != "||")
+      {
+        const bool negated = word[0] == '!';
+        const auto found = this->Defined.find(word.substr(negated ? 1 : 0));
+        EXPECT_TRUE(found != this->Defined.end()) << word << " isn't defined";
+        result = result || (found != this->Defined.end() && (found->second != "0") != negated);
+      }
+    }
+    return result;
+  }
+
+  void Take(const std::string& line)
+  {
+    std::istringstream words(line);
+    std::string directive;
+    words >> directive;
+    const bool holds = this->Open.empty() || this->Open.back().Holds;
+    std::string rest;
+    std::getline(words, rest);
+    if (directive == "#if" || directive == "#ifndef")
+    {
+      const bool set = !holds ||
+        (directive == "#if" ? this->IsSet(rest) : this->Defined.count(rest.substr(1)) == 0);
+      this->Open.push_back({ holds, set, holds && set });
+    }
+    else if (directive == "#elif" || directive == "#else")
+    {
+      Branch& branch = this->Open.back();
+      const bool set = branch.Outside && !branch.Taken && (directive == "#else" || IsSet(rest));
+      branch.Taken = branch.Taken || set;
+      branch.Holds = set;
+    }
+    else if (directive == "#endif")
+    {
+      this->Open.pop_back();
+    }
+    else if (holds && directive == "#define")
+    {
+      std::istringstream definition(rest);
+      std::string name;
+      std::string value;
+      definition >> name >> value;
+      this->Defined[name] = value;
+      if (name.rfind("COUNT(", 0) == 0)
+      {
+        this->Out += rest + "\n"; // it stands for what it is defined as
+      }
+    }
+    else if (holds && directive[0] != '#')
+    {
+      this->Out += line + "\n";
+    }
+  }
+
+  std::map<std::string, std::string> Defined;
+  std::vector<Branch> Open;
+  std::string Out;
+};
+
+bool Has(const std::string& text, const std::string& word)
+{
+  return text.find(word) != std::string::npos;
+}
 } // namespace
+
+// Light, gradients, depth reads and counters are in the texts of those variants that need them, and
+// in no other.
+TEST(ShaderLibrary, VariantsHoldOnlyWhatTheyNeed)
+{
+  int shaded = 0;
+  int counting = 0;
+  for (const ShaderVariant& variant : ShaderVariant::All())
+  {
+    if (std::bitset<32>(variant.Key()).count() > 2)
+    {
+      continue; // two features at a time tell which one brings a word along
+    }
+    const auto assembled = AssembleShader("RayMarch.frag", variant);
+    ASSERT_TRUE(assembled.Ok());
+    const std::string text = Preprocessor::Run(assembled.Value());
+    const std::string name = "variant " + std::to_string(variant.Key());
+    shaded += variant.Shade ? 1 : 0;
+    counting += variant.Count ? 1 : 0;
+    for (const char* word :
+      { "struct Light", "LightFrom(", "NormalOf(", "LitColor(", "TowardsLight(", "towardsLight",
+        "struct Gradient", "GradientAlong(", "CentralDifference(" })
+    {
+      EXPECT_EQ(Has(text, word), variant.Shade) << word << ", " << name;
+    }
+    for (const char* word : { "state.counter +=", "uint samples;", "uint evaluated;",
+           "uint contributing;", "uint gradients;", "uint visits;", "b_feedback[FEEDBACK_SAMPLES]",
+           "b_feedback[FEEDBACK_EVALUATED]", "b_feedback[FEEDBACK_CONTRIBUTING]",
+           "b_feedback[FEEDBACK_GRADIENTS]", "b_feedback[FEEDBACK_VISITS]" })
+    {
+      EXPECT_EQ(Has(text, word), variant.Count) << word << ", " << name;
+    }
+    EXPECT_EQ(Has(text, "FindAncestor("), variant.Interactive || variant.Substitute) << name;
+    EXPECT_EQ(Has(text, "isnan("), variant.FloatData) << name;
+    EXPECT_EQ(Has(text, "b_slots[slot]"), variant.SlotTable) << name;
+    EXPECT_FALSE(Has(text, "u_depth")) << name << ": intervals hold the depth already";
+    EXPECT_TRUE(Has(text, "IntegrateBrick(")) << name;
+  }
+  EXPECT_GT(shaded, 6);
+  EXPECT_GT(counting, 6);
+  for (const bool depth : { false, true })
+  {
+    ShaderVariant variant;
+    variant.OpaqueDepth = depth;
+    const auto assembled = AssembleShader("Intervals.frag", variant);
+    ASSERT_TRUE(assembled.Ok());
+    const std::string text = Preprocessor::Run(assembled.Value());
+    EXPECT_EQ(Has(text, "sampler2D u_depth;"), depth);
+    EXPECT_EQ(Has(text, "texelFetch(u_depth"), depth);
+    EXPECT_EQ(Has(text, "u_depthToView"), depth);
+    EXPECT_TRUE(Has(text, "f_intervals"));
+  }
+}
 
 TEST(ShaderLibrary, EmbedsEveryFileByteForByte)
 {

@@ -30,8 +30,9 @@ TEST(SharedLayout, ConstantsEqualThoseOfCore)
   // The counters have a word each, in the header.
   const std::set<std::uint32_t> words{ shared::FEEDBACK_WAITING, shared::FEEDBACK_UNFINISHED,
     shared::FEEDBACK_OVERFLOW, shared::FEEDBACK_FALLBACK, shared::FEEDBACK_SAMPLES,
-    shared::FEEDBACK_CONTRIBUTING };
-  EXPECT_EQ(words.size(), 6u);
+    shared::FEEDBACK_CONTRIBUTING, shared::FEEDBACK_EVALUATED, shared::FEEDBACK_GRADIENTS,
+    shared::FEEDBACK_VISITS };
+  EXPECT_EQ(words.size(), 9u);
   EXPECT_LT(*words.rbegin(), shared::FEEDBACK_HEADER_WORDS);
 }
 

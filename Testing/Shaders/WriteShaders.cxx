@@ -57,7 +57,7 @@ int main(int argc, char* argv[])
     {
       continue;
     }
-    // The features are the marcher's; all other stages are drawn with none of them.
+    // Most features are the marcher's; other stages are drawn with none of them.
     if (file.first == "RayMarch.frag")
     {
       for (const ShaderVariant& variant : ShaderVariant::All())
@@ -68,6 +68,12 @@ int main(int argc, char* argv[])
     else
     {
       ok = Write(folder, file.first, {}) && ok;
+    }
+    if (file.first == "Intervals.frag")
+    {
+      ShaderVariant variant;
+      variant.OpaqueDepth = true;
+      ok = Write(folder, file.first, variant) && ok;
     }
   }
   return ok ? 0 : 1;

@@ -47,8 +47,8 @@ struct TruthScene
   /// the space of the data set: give the inverse of the prop's matrix there, which matters only if
   /// that matrix scales. Identity: in world units.
   Matrix4 LengthFromWorld = IdentityMatrix();
-  std::vector<TruthPlane> Planes;
-  std::optional<TruthCrop> Crop;
+  std::vector<TruthPlane> Planes = {};
+  std::optional<TruthCrop> Crop = std::nullopt;
 };
 
 /// The truth of a pixel: the integral of c sigma exp(-tau) along the ray through

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // One pass of one ray: brick after brick, front to back, until the ray ends, a brick is missing or
-// the pass has been long enough. What a pass hands to the next is colour, transmittance, the
-// integer position and the interval; everything else is computed again (contract 1b).
+// the pass was long enough. All that it doesn't hand to the next is computed again (contract 1b).
 #include "Shared/Layout.glsl"
 #include "Variant.glsl"
 #include "Library/Bindings.glsl"
@@ -35,6 +34,7 @@
 #include "Library/MarchLinear.glsl"
 #endif
 
+#include "Library/StoreRay.glsl"
 const int STATUS_NEW = 0;
 const int STATUS_RUNNING = 1;
 const int STATUS_DONE = 2;
@@ -240,23 +240,11 @@ void main()
 #endif
   if (status != STATUS_DONE)
   {
-    b_feedback[waiting ? FEEDBACK_WAITING : FEEDBACK_UNFINISHED] = 1u;
-    uvec2 tile = uvec2(pixel) / TILE_SIZE;
-    Stamp(u_limits.w + tile.x + u_switches.z * tile.y);
+    ReportUnderWay(pixel, waiting);
   }
-  ReportCounts(state);
-  int side = 0;
-#if TERAVOX_BLEND
-  state.color = StoreProjection(state.color);
-  side = (g_side + 1) << 20;
-#endif
-  imageStore(u_colorState, pixel, vec4(state.color, state.transmittance));
-#if TERAVOX_ESTIMATE
-  imageStore(u_errorState, pixel, vec4(state.error));
-#endif
   if (status == STATUS_RUNNING)
   {
     status = enter ? STATUS_NEW : locate ? STATUS_LOCATE : STATUS_RUNNING;
   }
-  imageStore(u_positionState, pixel, ivec4(ivec3(brick), level | (interval << 8) | (status << 16) | side));
+  StoreRay(state, pixel, brick, level | (interval << 8) | (status << 16));
 }

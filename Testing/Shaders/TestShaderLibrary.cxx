@@ -46,7 +46,7 @@ std::vector<std::string> StageFiles()
   return files;
 }
 // What a compiler sees of a text: lines under conditions that don't hold are left out, as are
-// comments and what is only defined. Conditions are features, joined by || and negated by !.
+// comments and what is only defined.
 class Preprocessor
 {
 public:
@@ -69,21 +69,47 @@ private:
     bool Holds;
   };
 
+  // Alternatives of conjunctions of "name", "!name", "name == name" and "name != name".
   bool IsSet(const std::string& condition) const
   {
-    std::istringstream words(condition);
-    bool result = false;
-    for (std::string word; words >> word;)
+    std::istringstream stream(condition);
+    const std::vector<std::string> words(std::istream_iterator<std::string>(stream), {});
+    bool any = false;
+    bool all = true;
+    for (std::size_t i = 0; i < words.size(); ++i)
     {
-      if (word != "||")
+      if (words[i] == "||")
       {
-        const bool negated = word[0] == '!';
-        const auto found = this->Defined.find(word.substr(negated ? 1 : 0));
-        EXPECT_TRUE(found != this->Defined.end()) << word << " isn't defined";
-        result = result || (found != this->Defined.end() && (found->second != "0") != negated);
+        any = any || all;
+        all = true;
+        continue;
+      }
+      if (words[i] == "&&")
+      {
+        continue;
+      }
+      const bool negated = words[i][0] == '!';
+      const std::string value = this->ValueOf(words[i].substr(negated ? 1 : 0));
+      const bool compares = i + 2 < words.size() && (words[i + 1] == "==" || words[i + 1] == "!=");
+      if (compares)
+      {
+        const bool equal = value == this->ValueOf(words[i + 2]);
+        all = all && equal == (words[i + 1] == "==");
+        i += 2;
+      }
+      else
+      {
+        all = all && (value != "0") != negated;
       }
     }
-    return result;
+    return any || all;
+  }
+
+  std::string ValueOf(const std::string& name) const
+  {
+    const auto found = this->Defined.find(name);
+    EXPECT_TRUE(found != this->Defined.end()) << name << " isn't defined";
+    return found == this->Defined.end() ? "0" : found->second;
   }
 
   void Take(const std::string& line)
@@ -152,15 +178,18 @@ TEST(ShaderLibrary, VariantsHoldOnlyWhatTheyNeed)
     {
       continue; // two features at a time tell which one brings a word along
     }
+    if (variant.Blend != BlendKind::Composite)
+    {
+      continue; // they have texts of their own
+    }
     const auto assembled = AssembleShader("RayMarch.frag", variant);
     ASSERT_TRUE(assembled.Ok());
     const std::string text = Preprocessor::Run(assembled.Value());
     const std::string name = "variant " + std::to_string(variant.Key());
     shaded += variant.Shade ? 1 : 0;
     counting += variant.Count ? 1 : 0;
-    for (const char* word :
-      { "struct Light", "LightFrom(", "NormalOf(", "LitColor(", "TowardsLight(", "towardsLight",
-        "struct Gradient", "GradientAlong(", "CentralDifference(" })
+    for (const char* word : { "struct Light", "LightFrom(", "NormalOf(", "LitColor(", "LightOf(",
+           "struct RayLight", "struct Gradient", "GradientAlong(", "CentralDifference(" })
     {
       EXPECT_EQ(Has(text, word), variant.Shade) << word << ", " << name;
     }

@@ -13,10 +13,10 @@ namespace teravox
 struct PassResult
 {
   Feedback Report;
-  bool Waiting = false;    ///< a ray waits for a brick
-  bool Unfinished = false; ///< a ray stopped because its pass was long enough
-  bool Overflow = false;   ///< a request found no place
-  bool Fallback = false;   ///< a coarser ancestor was drawn for a missing or failed brick
+  bool Waiting = false;           ///< a ray waits for a brick
+  bool Unfinished = false;        ///< a ray stopped because its pass was long enough
+  bool Overflow = false;          ///< a request found no place
+  bool Fallback = false;          ///< a coarser ancestor was drawn for a missing or failed brick
   std::uint64_t Samples = 0;      ///< cells or samples of the field that were looked at
   std::uint64_t Evaluated = 0;    ///< of them those for which colour and opacity were computed
   std::uint64_t Contributing = 0; ///< of them those that added something

@@ -120,8 +120,8 @@ __attribute__((noinline)) void IntegrateLinear(
   {
     // The corners reach further than the line: a piece between ends that see nothing adds 0.
     const Floats ends[3] = { s.Field.A, Along(s.Field, turn), Along(s.Field, Splat(1.0f)) };
-    bits &= ~Bits(IsEmptyBetween(c.Table, Min(ends[0], Min(ends[1], ends[2])),
-      Max(ends[0], Max(ends[1], ends[2]))));
+    bits &= ~Bits(IsEmptyBetween(
+      c.Table, Min(ends[0], Min(ends[1], ends[2])), Max(ends[0], Max(ends[1], ends[2]))));
     if (bits == 0)
     {
       return;

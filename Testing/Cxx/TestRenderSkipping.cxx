@@ -76,8 +76,8 @@ struct Traffic
 TEST(Skipping, EmptyRegionsAreLeftAtOnce)
 {
   Stage stage(24, 24);
-  // 80^3 bricks, two page levels; a ball in the largest of the topmost regions.
-  const auto source = FieldOf({ 160, 160, 160 }, 2,
+  // 80 x 40 x 40 bricks, two page levels; a ball in the larger one of the topmost regions.
+  const auto source = FieldOf({ 160, 80, 80 }, 2,
     [](double x, double y, double z)
     { return std::max(0.0, 1 - std::hypot(x - 0.3, y - 0.3, z - 0.3) / 0.08); });
   stage.SetSource(source);
@@ -88,7 +88,7 @@ TEST(Skipping, EmptyRegionsAreLeftAtOnce)
   stage.Mapper->CountSamplesOn();
   stage.Mapper->PictureReuseOff();
   // Askew, so that regions of all sizes are met.
-  stage.LookFrom({ -20, 20, 330 }, { 52, 50, 50 }, 1, 1000, 8);
+  stage.LookFrom({ 330, 10, -20 }, { 52, 28, 26 }, 1, 1000, 8);
   stage.Draw();
   ASSERT_TRUE(stage.Mapper->IsConverged());
   const std::vector<float> reference = stage.Draw(); // all is there: each ray in one go

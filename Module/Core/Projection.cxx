@@ -57,8 +57,10 @@ void SetProjection(MarchParameters& parameters, const Projection& projection,
   const TransferFunction& function, const TransferTable& table, double unitDistance, bool relative)
 {
   const auto nodeOf = [&](double value) { return (value - table.Low) * table.NodesPerUnit; };
-  double largest = static_cast<double>(table.Nodes) +
-    std::abs(table.Low) * table.NodesPerUnit * (relative ? RoundingShare : 1.0);
+  // Ranges of what is stored relative to bricks are rounded to floats outwards, and what the bricks
+  // differ by from the table is exact.
+  double largest =
+    static_cast<double>(table.Nodes) + (relative ? 0.0 : std::abs(table.Low) * table.NodesPerUnit);
   for (const double value : projection.IsoValues)
   {
     largest = std::max(largest, std::abs(nodeOf(value)));

@@ -514,9 +514,10 @@ TEST_P(BlendOf, SameBits)
           s.Mapper->SetNumberOfLoaderThreads(4);
           s.Mapper->SetMaximumNumberOfSlots(24);
         });
-      if (GetParam().Blend != vtkVolumeMapper::AVERAGE_INTENSITY_BLEND &&
-        GetParam().Blend != vtkVolumeMapper::ADDITIVE_BLEND &&
-        GetParam().Blend != vtkVolumeMapper::SLICE_BLEND)
+      // Ranges of doubles far from 0 tell nothing, and minima end with the first 0.
+      if (type == ScalarType::UInt8 &&
+        (GetParam().Blend == vtkVolumeMapper::MAXIMUM_INTENSITY_BLEND ||
+          GetParam().Blend == vtkVolumeMapper::ISOSURFACE_BLEND))
       {
         EXPECT_LT(loaded, all) << GetParam().Name << ", " << ToString(type);
       }
@@ -661,6 +662,9 @@ TEST_P(BlendOf, AgainstVTK)
 {
   ImageOptions options = OptionsOf(ScalarType::UInt16);
   options.Low = 0;
+  // VTK 9.1 takes the place of a slice for that in its texture, which is so for cell data only: of
+  // points it shows what lies up to half a voxel beside the slice.
+  options.CellData = GetParam().Blend == vtkVolumeMapper::SLICE_BLEND;
   const auto image = MakeImage(options);
   Stage stage(64, 64);
   stage.Mapper->SetBrickSize(BrickEdge);
@@ -673,6 +677,7 @@ TEST_P(BlendOf, AgainstVTK)
   stage.SetTransfer(nodes);
   vtkNew<vtkOpenGLGPUVolumeRayCastMapper> theirs;
   theirs->SetInputData(image);
+  theirs->SetScalarMode(stage.Mapper->GetScalarMode());
   theirs->SetAutoAdjustSampleDistances(0);
   theirs->UseJitteringOff();
   theirs->SetSampleDistance(0.1f);
@@ -717,7 +722,7 @@ TEST_P(BlendOf, AgainstVTK)
     std::printf("  %-16s %s: mean %.3f/255, beyond the envelope p99 %.2f/255, max %.2f/255\n",
       GetParam().Name, inside ? "inside" : "outside", 255 * plain.Mean, 255 * excess.Percentile99,
       255 * excess.Max);
-    EXPECT_GT(*std::max_element(middle.begin(), middle.end()), 0.1f) << "empty";
+    EXPECT_GT(*std::max_element(middle.begin(), middle.end()), 0.05f) << "empty";
     EXPECT_LE(plain.Mean, 1.0 / 255) << GetParam().Name;
     EXPECT_LE(excess.Percentile99, 4.0 / 255) << GetParam().Name;
   }

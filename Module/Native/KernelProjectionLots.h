@@ -158,6 +158,13 @@ inline float MeetingPoint(const LaneCubic& f, float from, float to, float value,
   return u;
 }
 
+// None where a voxel of the gradient has no value.
+inline Normal<float> NormalOrNone(const Context& c, float x, float y, float z)
+{
+  const float sum = Abs(x) + Abs(y) + Abs(z);
+  return c.Scene.Shade && sum > 0.0f ? NormalOf(c.P, x, y, z) : Normal<float>{ 0.0f, 0.0f, 0.0f };
+}
+
 // Surfaces through the cells of a lot. The side where the ray is comes from the cell before, so
 // that none is lost or met twice at a face, where two cells round in different ways.
 template <typename T>
@@ -201,9 +208,8 @@ TERAVOX_INLINE void ProjectSurfaces(Context& c, State& state, const BrickView& v
       const auto along = [&](const Cubic& d) {
         return LaneCubic{ d.A[l], d.B[l], d.C[l], d.D[l] }.At(u);
       };
-      return c.Scene.Shade ? NormalOf(c.P, along(g.X) * view.PerVoxelX, along(g.Y) * view.PerVoxelY,
-                               along(g.Z) * view.PerVoxelZ)
-                           : Normal<float>{ 0.0f, 0.0f, 0.0f };
+      return NormalOrNone(
+        c, along(g.X) * view.PerVoxelX, along(g.Y) * view.PerVoxelY, along(g.Z) * view.PerVoxelZ);
     };
     const auto valueAt = [&](float u) { return Min(Max(lane.At(u), least), largest); };
     const auto depthAt = [&](float u) { return v.Begin[l] + u * (v.End[l] - v.Begin[l]); };
@@ -413,7 +419,7 @@ __attribute__((noinline)) void ProjectNearest(
           __builtin_memcpy(&behind, at - step, sizeof(behind));
           return (static_cast<float>(ahead) - static_cast<float>(behind)) * perVoxel;
         };
-        return NormalOf(c.P, difference(1, view.PerVoxelX), difference(view.Edge, view.PerVoxelY),
+        return NormalOrNone(c, difference(1, view.PerVoxelX), difference(view.Edge, view.PerVoxelY),
           difference(std::ptrdiff_t{ view.Edge } * view.Edge, view.PerVoxelZ));
       };
       JumpTo(c, state, node[l], normal, v.Begin[l]);

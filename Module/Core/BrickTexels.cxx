@@ -44,7 +44,8 @@ double OffsetOf(const T* values, std::size_t count, const ValueRange& range)
   std::vector<double> taken;
   for (std::size_t i = 0; i < most; ++i)
   {
-    const auto value = static_cast<double>(values[i * count / most]);
+    const std::size_t at = i * count / most;
+    const auto value = static_cast<double>(values[at]);
     if (std::isfinite(value))
     {
       taken.push_back(value);

@@ -105,6 +105,9 @@ struct ChunkCache::State
         const ChunkPointer& chunk = dropped.back();
         if (room.empty() && chunk.use_count() == 1 && chunk->Voxels.size() == kept)
         {
+          // The count itself orders nothing, but dropping a reference does: whatever others read
+          // before they dropped theirs lies before what follows.
+          ChunkPointer(chunk).reset();
           // Chunks are made as such; they are const only for those who share them.
           room.swap(const_cast<Chunk&>(*chunk).Voxels);
         }

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "BenchClock.h"
 #include "Commands.h"
 #include "ErrorCapture.h"
 #include "SelfOutput.h"
@@ -9,9 +10,7 @@
 #include "vtkOutOfCoreVolumeMapper.h"
 #include "vtkProceduralVolumeSource.h"
 
-#include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstdio>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -72,10 +71,10 @@ vtkSmartPointer<vtkVolumeMapper> MakeMapper(const std::string& name)
 
 double SecondsOf(vtkRenderWindow* window)
 {
-  const auto start = std::chrono::steady_clock::now();
+  const BenchClock clock;
   window->Render();
   window->WaitForCompletion();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return clock.Seconds();
 }
 
 /// Draws a turning volume; the first frame includes all preparations, the median doesn't.
@@ -114,8 +113,7 @@ Status Measure(const BenchOptions& options, Measurement& m)
     camera->Azimuth(1.0);
     seconds.push_back(SecondsOf(window));
   }
-  std::sort(seconds.begin(), seconds.end());
-  m.MedianSeconds = seconds.at(seconds.size() / 2);
+  m.MedianSeconds = MedianOf(seconds);
   return errors.HasError() ? Status(StatusCode::InputOutput, errors.First()) : Status();
 }
 

@@ -9,10 +9,10 @@
 #include "BenchTruth.h"
 #include "Commands.h"
 #include "Interrupt.h"
+#include "TemporaryFolder.h"
 #include "View.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <fmt/format.h>
 #include <map>
@@ -24,40 +24,6 @@ namespace teravox::program
 {
 namespace
 {
-
-/// A folder that goes with this object.
-class TemporaryFolder
-{
-public:
-  TemporaryFolder()
-  {
-    std::error_code error;
-    const auto base = std::filesystem::temp_directory_path(error);
-    std::string pattern = (error ? "/tmp" : base.string()) + "/teravox-bench-XXXXXX";
-    if (mkdtemp(pattern.data()))
-    {
-      this->Path_ = pattern;
-    }
-  }
-  ~TemporaryFolder()
-  {
-    std::error_code ignored;
-    if (!this->Path_.empty())
-    {
-      std::filesystem::remove_all(this->Path_, ignored);
-    }
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  TemporaryFolder(TemporaryFolder&&) = delete;
-  TemporaryFolder& operator=(TemporaryFolder&&) = delete;
-
-  /// Empty if it couldn't be made.
-  const std::string& Path() const { return this->Path_; }
-
-private:
-  std::string Path_;
-};
 
 Status MakeFolder(const std::string& folder)
 {

@@ -2,13 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "BenchMeasure.h"
 
+#include "BenchClock.h"
 #include "ErrorCapture.h"
 #include "SelfOutput.h"
 #include "vtkOutOfCoreVolumeMapper.h"
 
 #include <algorithm>
-#include <chrono>
-#include <ctime>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <fstream>
@@ -40,19 +39,6 @@ struct Duration
   double Seconds = 0;
   double CPUSeconds = 0; ///< of all threads
 };
-
-double CPUSeconds()
-{
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-double MedianOf(std::vector<double> numbers)
-{
-  std::sort(numbers.begin(), numbers.end());
-  return numbers[numbers.size() / 2];
-}
 
 /// A window with the scene and one of the mappers.
 class Stage
@@ -128,12 +114,10 @@ public:
   {
     this->Camera->DeepCopy(this->ReferenceCamera);
     this->Camera->Azimuth(degrees);
-    const auto start = std::chrono::steady_clock::now();
-    const double cpuStart = CPUSeconds();
+    const BenchClock clock;
     this->Window->Render();
     this->Window->WaitForCompletion();
-    return { std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
-      CPUSeconds() - cpuStart };
+    return { clock.Seconds(), clock.CPUSeconds() };
   }
 
   bool IsConverged() { return !this->Own || this->Own->IsConverged(); }

@@ -12,10 +12,14 @@ namespace teravox::program
 TemporaryFolder::TemporaryFolder(const std::string& parent)
 {
   std::error_code error;
-  const auto in =
-    parent.empty() ? std::filesystem::temp_directory_path(error) : std::filesystem::path(parent);
+  std::filesystem::path in = parent;
+  if (parent.empty())
+  {
+    in = std::filesystem::temp_directory_path(error);
+    in = error ? "/tmp" : in;
+  }
   std::string pattern = (in / "teravox-bench-XXXXXX").string();
-  this->Name = !error && mkdtemp(pattern.data()) != nullptr ? pattern : std::string();
+  this->Name = mkdtemp(pattern.data()) != nullptr ? pattern : std::string();
 }
 
 TemporaryFolder::~TemporaryFolder()

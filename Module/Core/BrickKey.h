@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "Types.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -22,6 +24,17 @@ struct BrickKey
   std::uint32_t X = 0;
   std::uint32_t Y = 0;
   std::uint32_t Z = 0;
+
+  /// The brick of a level with this index, of volume, time and component 0.
+  static BrickKey Of(int level, const Int3& index)
+  {
+    BrickKey key;
+    key.Level = static_cast<std::uint8_t>(level);
+    key.X = static_cast<std::uint32_t>(index[0]);
+    key.Y = static_cast<std::uint32_t>(index[1]);
+    key.Z = static_cast<std::uint32_t>(index[2]);
+    return key;
+  }
 
   bool operator==(const BrickKey& o) const
   {

@@ -3,6 +3,7 @@
 #include "LightSetup.h"
 
 #include "SharedLayout.h"
+#include "ViewGeometry.h"
 
 #include <cmath>
 
@@ -23,17 +24,6 @@ Double3 Unit(const Double3& v)
 {
   const double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   return length > 0 ? Double3{ v[0] / length, v[1] / length, v[2] / length } : Double3{ 0, 0, 0 };
-}
-
-// `fourth`: 1 for a point, 0 for a direction.
-Double3 Transform(const std::array<double, 16>& m, const Double3& v, double fourth)
-{
-  Double3 r{};
-  for (std::size_t i = 0; i < 3; ++i)
-  {
-    r[i] = m[4 * i] * v[0] + m[4 * i + 1] * v[1] + m[4 * i + 2] * v[2] + m[4 * i + 3] * fourth;
-  }
-  return r;
 }
 } // namespace
 
@@ -78,9 +68,9 @@ std::vector<Vec> MakeLightTable(const std::vector<LightInput>& lights,
     const bool cone = light.Positional && light.ConeAngle <= 90;
     table.push_back(ToVec(light.Diffuse, light.Positional ? 1 : 0));
     table.push_back(ToVec(light.Specular, light.Exponent));
-    table.push_back(ToVec(Unit(Transform(viewFromWorld, light.Direction, 0)),
+    table.push_back(ToVec(Unit(ApplyToVector(viewFromWorld, light.Direction)),
       cone ? std::cos(light.ConeAngle * radians) : -2));
-    table.push_back(ToVec(relative(Transform(viewFromWorld, light.Position, 1))));
+    table.push_back(ToVec(relative(ApplyToPoint(viewFromWorld, light.Position))));
     table.push_back(ToVec(light.Attenuation));
   }
   return table;

@@ -76,9 +76,7 @@ Result<Matrix4> InvertMatrix(const Matrix4& m)
   return inverse;
 }
 
-namespace
-{
-Double3 Point(const Matrix4& m, const Double3& p)
+Double3 ApplyToPoint(const Matrix4& m, const Double3& p)
 {
   std::array<double, 4> r{};
   for (std::size_t i = 0; i < 4; ++i)
@@ -88,7 +86,7 @@ Double3 Point(const Matrix4& m, const Double3& p)
   return { r[0] / r[3], r[1] / r[3], r[2] / r[3] };
 }
 
-Double3 Vector(const Matrix4& m, const Double3& v)
+Double3 ApplyToVector(const Matrix4& m, const Double3& v)
 {
   Double3 r{};
   for (std::size_t i = 0; i < 3; ++i)
@@ -98,6 +96,8 @@ Double3 Vector(const Matrix4& m, const Double3& v)
   return r;
 }
 
+namespace
+{
 double Length(const Double3& v)
 {
   return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
@@ -117,8 +117,8 @@ struct ViewRay
 
 ViewRay RayThrough(const Matrix4& viewFromClip, double x, double y)
 {
-  const Double3 a = Point(viewFromClip, { x, y, -1 });
-  const Double3 b = Point(viewFromClip, { x, y, 1 });
+  const Double3 a = ApplyToPoint(viewFromClip, { x, y, -1 });
+  const Double3 b = ApplyToPoint(viewFromClip, { x, y, 1 });
   const double depth = a[2] - b[2];
   ViewRay ray;
   for (std::size_t i = 0; i < 3; ++i)
@@ -234,7 +234,7 @@ std::vector<BrickBox> BricksInView(const PyramidLayout& layout, const LevelDepth
         {
           p[a] += ray.Direction[a] * depth;
         }
-        p = Point(voxelFromView, p);
+        p = ApplyToPoint(voxelFromView, p);
         for (std::size_t a = 0; a < 3; ++a)
         {
           low[a] = std::min(low[a], p[a]);
@@ -295,12 +295,12 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   {
     const Double3 voxel{ i & 1 ? static_cast<double>(dims[0]) : 0.0,
       i & 2 ? static_cast<double>(dims[1]) : 0.0, i & 4 ? static_cast<double>(dims[2]) : 0.0 };
-    const Double3 view = Point(MultiplyMatrices(input.ViewFromWorld, worldFromVoxel), voxel);
+    const Double3 view = ApplyToPoint(MultiplyMatrices(input.ViewFromWorld, worldFromVoxel), voxel);
     boxNear = std::min(boxNear, -view[2]);
     boxFar = std::max(boxFar, -view[2]);
   }
-  const double nearDepth = -Point(viewFromClip.Value(), { 0, 0, -1 })[2];
-  const double farDepth = -Point(viewFromClip.Value(), { 0, 0, 1 })[2];
+  const double nearDepth = -ApplyToPoint(viewFromClip.Value(), { 0, 0, -1 })[2];
+  const double farDepth = -ApplyToPoint(viewFromClip.Value(), { 0, 0, 1 })[2];
   // Rays may start far from what they show, in parallel projection and with a small view angle:
   // depth is counted from the volume, so that floats hold places in it.
   g.DepthOrigin = std::clamp(boxNear, nearDepth, farDepth);
@@ -312,7 +312,7 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
     {
       o[a] += ray.Direction[a] * g.DepthOrigin;
     }
-    return Point(voxelFromView, o);
+    return ApplyToPoint(voxelFromView, o);
   };
   const Double3 middle = originAt(center);
   Double3 anchor{};
@@ -330,17 +330,17 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   const Double3 o = originAt(corner);
   g.Parameters.RayOrigin = { ToFloat(difference(o, anchor, 1)),
     ToFloat(difference(originAt(alongX), o, w)), ToFloat(difference(originAt(alongY), o, h)) };
-  const Double3 d = Vector(voxelFromView, corner.Direction);
+  const Double3 d = ApplyToVector(voxelFromView, corner.Direction);
   g.Parameters.RayDirection = { ToFloat(d),
-    ToFloat(difference(Vector(voxelFromView, alongX.Direction), d, w)),
-    ToFloat(difference(Vector(voxelFromView, alongY.Direction), d, h)) };
+    ToFloat(difference(ApplyToVector(voxelFromView, alongX.Direction), d, w)),
+    ToFloat(difference(ApplyToVector(voxelFromView, alongY.Direction), d, h)) };
   // Optical depth counts lengths in dataset space, as VTK does: a prop that is scaled keeps its
   // look.
   const Matrix4 datasetFromView = MultiplyMatrices(datasetFromWorld.Value(), worldFromView.Value());
-  const Double3 v = Vector(datasetFromView, corner.Direction);
+  const Double3 v = ApplyToVector(datasetFromView, corner.Direction);
   g.Parameters.RayWorld = { ToFloat(v),
-    ToFloat(difference(Vector(datasetFromView, alongX.Direction), v, w)),
-    ToFloat(difference(Vector(datasetFromView, alongY.Direction), v, h)) };
+    ToFloat(difference(ApplyToVector(datasetFromView, alongX.Direction), v, w)),
+    ToFloat(difference(ApplyToVector(datasetFromView, alongY.Direction), v, h)) };
 
   const std::array<const ViewRay*, 3> steps{ &corner, &alongX, &alongY };
   for (std::size_t k = 0; k < 3; ++k)
@@ -367,7 +367,7 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   {
     Double3 axis{};
     axis[a] = 1;
-    edges[a] = Length(Vector(worldFromVoxel, axis));
+    edges[a] = Length(ApplyToVector(worldFromVoxel, axis));
   }
   g.SmallestEdge = std::min({ edges[0], edges[1], edges[2] });
   g.Levels = ComputeLevels(layout, input, edges, widthAt0, widthPerDepth);
@@ -422,11 +422,11 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
       g.Parameters.Dataset[i][j] = static_cast<float>(input.DatasetFromVoxel[4 * i + j] / unit);
     }
   }
-  g.Parameters.Eye = ToFloat(difference(Point(voxelFromView, { 0, 0, 0 }), anchor, 1));
+  g.Parameters.Eye = ToFloat(difference(ApplyToPoint(voxelFromView, { 0, 0, 0 }), anchor, 1));
 
   g.Order.Parallel = parallel;
   g.Order.Eye = middle;
-  g.Order.Direction = Vector(voxelFromView, center.Direction);
+  g.Order.Direction = ApplyToVector(voxelFromView, center.Direction);
   g.Order.InView =
     BricksInView(layout, g.Levels, { corner, alongX, alongY, ndc(input.Width, input.Height) },
       voxelFromView, std::max(nearDepth, boxNear), std::min(farDepth, boxFar));

@@ -16,6 +16,10 @@ namespace teravox
 using Matrix4 = std::array<double, 16>; ///< row-major, acts on column vectors
 
 Matrix4 MultiplyMatrices(const Matrix4& a, const Matrix4& b);
+/// A point, divided by its fourth coordinate.
+Double3 ApplyToPoint(const Matrix4& m, const Double3& p);
+/// A direction: what the matrix moves doesn't matter.
+Double3 ApplyToVector(const Matrix4& m, const Double3& v);
 /// Errors: InvalidArgument if the matrix is singular.
 Result<Matrix4> InvertMatrix(const Matrix4& m);
 

@@ -60,13 +60,9 @@ Status ForEachTriple(const std::array<std::size_t, 3>& counts, const F& f)
 
 inline BrickKey KeyOf(std::uint32_t volume, int level, std::uint32_t time, const Int3& index)
 {
-  BrickKey key;
+  BrickKey key = BrickKey::Of(level, index);
   key.Volume = volume;
   key.Time = time;
-  key.Level = static_cast<std::uint8_t>(level);
-  key.X = static_cast<std::uint32_t>(index[0]);
-  key.Y = static_cast<std::uint32_t>(index[1]);
-  key.Z = static_cast<std::uint32_t>(index[2]);
   return key;
 }
 /// Calls f(box of classes, where it begins in the windows) for each combination of runs.

@@ -78,16 +78,6 @@ public:
   ReadBoxReport Report;
 
 private:
-  static BrickKey KeyOf(int level, const Int3& brick)
-  {
-    BrickKey key;
-    key.Level = static_cast<std::uint8_t>(level);
-    key.X = static_cast<std::uint32_t>(brick[0]);
-    key.Y = static_cast<std::uint32_t>(brick[1]);
-    key.Z = static_cast<std::uint32_t>(brick[2]);
-    return key;
-  }
-
   void ReadOne(const Int3& brick)
   {
     // The part of the box that this brick has to give, in voxels of Level.
@@ -134,7 +124,7 @@ private:
       {
         for (std::int64_t i = firstBrick[0]; i <= lastBrick[0]; ++i)
         {
-          Result<BrickPointer> read = this->Source.ReadBrick(KeyOf(level, { i, j, k }));
+          Result<BrickPointer> read = this->Source.ReadBrick(BrickKey::Of(level, { i, j, k }));
           if (!read.Ok())
           {
             if (level == this->Level)

@@ -16,16 +16,6 @@ namespace
 constexpr int PlacesAlong = 256;
 constexpr int Halvings = 50;
 
-Double3 Point(const Matrix4& m, const Double3& p)
-{
-  std::array<double, 4> r{};
-  for (std::size_t i = 0; i < 4; ++i)
-  {
-    r[i] = m[4 * i] * p[0] + m[4 * i + 1] * p[1] + m[4 * i + 2] * p[2] + m[4 * i + 3];
-  }
-  return { r[0] / r[3], r[1] / r[3], r[2] / r[3] };
-}
-
 // A ray between the near plane (0) and the far plane (1).
 struct Segment
 {
@@ -125,8 +115,8 @@ Result<std::shared_ptr<const std::vector<double>>> SliceDepths::Find(
     {
       const double ndcX = 2 * (x + 0.5) / camera.Width - 1;
       const double ndcY = 2 * (y + 0.5) / camera.Height - 1;
-      const Segment s{ Point(worldFromClip.Value(), { ndcX, ndcY, -1 }),
-        Point(worldFromClip.Value(), { ndcX, ndcY, 1 }) };
+      const Segment s{ ApplyToPoint(worldFromClip.Value(), { ndcX, ndcY, -1 }),
+        ApplyToPoint(worldFromClip.Value(), { ndcX, ndcY, 1 }) };
       double u = std::numeric_limits<double>::quiet_NaN();
       double first = 0;
       double last = 1;
@@ -140,7 +130,7 @@ Result<std::shared_ptr<const std::vector<double>>> SliceDepths::Find(
       {
         u = FindZero(function, s, first, last);
       }
-      const double depth = -Point(camera.ViewFromWorld, s.At(u))[2];
+      const double depth = -ApplyToPoint(camera.ViewFromWorld, s.At(u))[2];
       depths->push_back(u >= 0 && u <= 1 ? depth : std::numeric_limits<double>::quiet_NaN());
     }
   }

@@ -686,10 +686,7 @@ void SetMaterial(vtkRenderer* ren, vtkVolumeProperty* property, teravox::FrameRe
     request.Lights.clear();
   }
 }
-} // namespace
 
-namespace
-{
 // Whether the depth buffer may hold anything when this volume is drawn. No only where that is
 // certain: what else passes, other renderers and an application of its own draw isn't known here.
 bool MayMeetGeometry(vtkRenderer* ren, vtkVolume* vol)

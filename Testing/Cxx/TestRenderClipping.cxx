@@ -7,13 +7,13 @@
 // be), the same bits with any atlas, and nothing loaded of what is cut away.
 #include "BesideVTK.h"
 #include "ExpectTruth.h"
+#include "RecordingSource.h"
 #include "vtkOutOfCoreVolumeMapper.h"
 
 #include <algorithm>
 #include <cstdlib>
 #include <functional>
 #include <gtest/gtest.h>
-#include <mutex>
 #include <set>
 #include <vtkCamera.h>
 #include <vtkImageData.h>
@@ -30,37 +30,6 @@ namespace
 {
 
 constexpr int BrickEdge = 16;
-
-// Notes which bricks are read.
-class RecordingSource : public BrickSource
-{
-public:
-  explicit RecordingSource(std::shared_ptr<BrickSource> inner)
-    : Inner(std::move(inner))
-  {
-  }
-  const VolumeInfo& Info() const override { return this->Inner->Info(); }
-  Result<BrickPointer> ReadBrick(const BrickKey& key) override
-  {
-    const std::lock_guard<std::mutex> lock(this->Mutex);
-    this->Keys.push_back(key);
-    return this->Inner->ReadBrick(key);
-  }
-  Result<std::vector<ValueRange>> ReadRanges(const BrickKey& first, const Int3& count) override
-  {
-    return this->Inner->ReadRanges(first, count);
-  }
-  std::vector<BrickKey> Read()
-  {
-    const std::lock_guard<std::mutex> lock(this->Mutex);
-    return this->Keys;
-  }
-
-private:
-  const std::shared_ptr<BrickSource> Inner;
-  std::mutex Mutex;
-  std::vector<BrickKey> Keys;
-};
 
 void Clip(Stage& stage, const Double3& origin, const Double3& normal)
 {

@@ -181,7 +181,7 @@ TEST(Skipping, BricksOfOneValueAreOneSegment)
     {
       for (std::int64_t x = 0; x < 9; ++x)
       {
-        const BrickKey key = KeyOf(0, { x, y, z });
+        const BrickKey key = BrickKey::Of(0, { x, y, z });
         const auto range = source->ReadRanges(key, { 1, 1, 1 });
         const bool one = range.Value()[0].IsSingle();
         single += one ? 1 : 0;

@@ -22,16 +22,6 @@ double Behind(double t)
 }
 } // namespace
 
-BrickKey KeyOf(int level, const Int3& brick)
-{
-  BrickKey key;
-  key.Level = static_cast<std::uint8_t>(level);
-  key.X = static_cast<std::uint32_t>(brick[0]);
-  key.Y = static_cast<std::uint32_t>(brick[1]);
-  key.Z = static_cast<std::uint32_t>(brick[2]);
-  return key;
-}
-
 void ExpectWithin(const BrickSet& a, const BrickSet& b, const std::string& what)
 {
   const auto stray =
@@ -49,7 +39,7 @@ BrickWalk::BrickWalk(Stage& stage, const std::shared_ptr<BrickSource>& source, V
     this->Ranges.emplace_back();
     for (int k = 0; k <= this->Layout.PageDepth(l); ++k)
     {
-      BrickKey first = KeyOf(l, { 0, 0, 0 });
+      BrickKey first = BrickKey::Of(l, { 0, 0, 0 });
       first.PageLevel = static_cast<std::uint8_t>(k);
       auto ranges = this->Source.ReadRanges(first, this->Layout.Pages(l, k));
       EXPECT_TRUE(ranges.Ok());
@@ -127,7 +117,7 @@ void BrickWalk::WalkRay(Met& met, int x, int y, double samples, double opaqueDep
         brick[a] = std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(p[a] / edge)), 0,
           this->Layout.Bricks(span.Level)[a] - 1);
       }
-      const BrickKey key = KeyOf(span.Level, brick);
+      const BrickKey key = BrickKey::Of(span.Level, brick);
       const double exit = std::max(this->ExitOf(span.Level, 0, line, p, end), Behind(t));
       met.Passed.insert(key);
       met.Bricks += 1;

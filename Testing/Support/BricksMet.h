@@ -13,8 +13,6 @@
 namespace teravox::test
 {
 
-BrickKey KeyOf(int level, const Int3& brick);
-
 /// Fails (GoogleTest) unless all of a is in b; names the first that isn't.
 void ExpectWithin(const BrickSet& a, const BrickSet& b, const std::string& what);
 

@@ -77,41 +77,7 @@ class TruthOfTypes : public testing::TestWithParam<ScalarType>
 
 TEST_P(TruthOfTypes, PointAndCellDataLinearAndNearest)
 {
-  ImageOptions options;
-  options.Type = GetParam();
-  switch (GetParam())
-  {
-    case ScalarType::Int8:
-      options.Low = -128;
-      options.High = 127;
-      break;
-    case ScalarType::UInt16:
-      options.Low = 3000;
-      options.High = 65000;
-      break;
-    case ScalarType::Int16:
-      options.Low = -1000;
-      options.High = 3000;
-      break;
-    case ScalarType::UInt32: // far beyond the 24 bits of a float
-      options.Low = 4.0e9;
-      options.High = 4.0e9 + 4000;
-      break;
-    case ScalarType::Int32:
-      options.Low = -2.0e9;
-      options.High = -2.0e9 + 900;
-      break;
-    case ScalarType::Float32:
-      options.Low = -3.5;
-      options.High = 2.25;
-      break;
-    case ScalarType::Float64:
-      options.Low = 1.0e12;
-      options.High = 1.0e12 + 1;
-      break;
-    default:
-      break;
-  }
+  ImageOptions options = OptionsOfType(GetParam());
   for (const bool cellData : { false, true })
   {
     options.CellData = cellData;

@@ -8,7 +8,7 @@
 //
 // Not compared here but with the truth (TestRenderTruth.cxx): shading under a direction matrix,
 // where VTK 9.1 doesn't turn the normals, and left-handed matrices, where it draws nothing.
-#include "Scene.h"
+#include "BesideVTK.h"
 #include "vtkOutOfCoreVolumeMapper.h"
 
 #include <algorithm>
@@ -26,90 +26,6 @@ using namespace teravox::test;
 
 namespace
 {
-
-// Colours only: what VTK leaves in the window's alpha is another matter.
-std::vector<float> WithoutAlpha(std::vector<float> picture)
-{
-  for (std::size_t i = 3; i < picture.size(); i += 4)
-  {
-    picture[i] = 0;
-  }
-  return picture;
-}
-
-class Comparison
-{
-public:
-  Comparison(const ImageOptions& options, int size)
-    : Image(MakeImage(options))
-    , Wide(WithWideScalars(this->Image))
-    , Shown(size, size)
-  {
-    this->Shown.Mapper->SetBrickSize(16);
-    this->Shown.SetImage(this->Image);
-    this->Theirs->SetInputData(this->Wide);
-    this->Theirs->SetScalarMode(this->Shown.Mapper->GetScalarMode());
-    this->Theirs->SetAutoAdjustSampleDistances(0);
-    this->Theirs->UseJitteringOff();
-    this->Theirs->SetSampleDistance(
-      static_cast<float>(0.1 * *std::min_element(options.Spacing.begin(), options.Spacing.end())));
-  }
-
-  void Expect(const std::string& name)
-  {
-    const std::vector<float> ours = WithoutAlpha(this->Shown.Draw());
-    ASSERT_TRUE(this->Shown.Mapper->IsConverged()) << name;
-    vtkCamera* camera = this->Shown.Renderer->GetActiveCamera();
-    double center[2];
-    camera->GetWindowCenter(center);
-    std::vector<float> low;
-    std::vector<float> high;
-    std::vector<float> middle;
-    for (int dy = -1; dy <= 1; ++dy)
-    {
-      for (int dx = -1; dx <= 1; ++dx)
-      {
-        // The window is two units wide.
-        camera->SetWindowCenter(center[0] + dx * 2.0 / 32 / this->Shown.Width(),
-          center[1] + dy * 2.0 / 32 / this->Shown.Height());
-        const std::vector<float> picture = WithoutAlpha(this->Shown.DrawPictureWith(this->Theirs));
-        if (low.empty())
-        {
-          low = high = picture;
-        }
-        for (std::size_t i = 0; i < picture.size(); ++i)
-        {
-          low[i] = std::min(low[i], picture[i]);
-          high[i] = std::max(high[i], picture[i]);
-        }
-        if (dx == 0 && dy == 0)
-        {
-          middle = picture;
-        }
-      }
-    }
-    camera->SetWindowCenter(center[0], center[1]);
-    const ImageDifference plain = CompareImages(ours, middle);
-    const ImageDifference excess = ExcessOverEnvelope(ours, low, high);
-    std::printf("  %-44s mean %.3f/255, max %.2f/255 beyond the envelope, plain max %.2f/255\n",
-      name.c_str(), 255 * plain.Mean, 255 * excess.Max, 255 * plain.Max);
-    EXPECT_GT(*std::max_element(middle.begin(), middle.end()), 0.1f) << name << ": empty";
-    EXPECT_LE(plain.Mean, 1.0 / 255) << name;
-    EXPECT_LE(excess.Max, 6.0 / 255)
-      << name << ", pixel " << excess.WorstPixel % static_cast<std::size_t>(this->Shown.Width())
-      << ", " << excess.WorstPixel / static_cast<std::size_t>(this->Shown.Width());
-  }
-
-private:
-  vtkSmartPointer<vtkImageData> Image;
-  vtkSmartPointer<vtkImageData> Wide;
-
-public:
-  Stage Shown;
-
-private:
-  vtkNew<vtkOpenGLGPUVolumeRayCastMapper> Theirs;
-};
 
 ImageOptions OptionsOf(ScalarType type)
 {
@@ -164,7 +80,7 @@ TEST_P(AgainstVTK, PointsAndCellsShadedAndNot)
     {
       ImageOptions options = OptionsOf(GetParam());
       options.CellData = cells;
-      Comparison comparison(options, 48);
+      BesideVTK comparison(options, 48);
       comparison.Shown.SetTransfer(MakeTransfer(OpacityShape::Ramp, options.Low, options.High));
       comparison.Shown.SetShade(shade);
       const std::string name = std::string(ToString(GetParam())) +
@@ -187,13 +103,13 @@ TEST(AgainstVTKGeometry, StretchedRotatedInside)
     ImageOptions stretched;
     stretched.Dimensions = { 40, 44, 12 };
     stretched.Spacing = { 1, 1, 5 };
-    Comparison first(stretched, 48);
+    BesideVTK first(stretched, 48);
     first.Shown.SetTransfer(MakeTransfer(OpacityShape::Ramp));
     first.Shown.SetShade(shade);
     first.Shown.Look({ 0.4, 1, -0.3 }, 0.8);
     first.Expect(std::string("1:1:5") + (shade ? ", shaded" : ", unshaded"));
 
-    Comparison inside({}, 48);
+    BesideVTK inside({}, 48);
     inside.Shown.SetTransfer(MakeTransfer(OpacityShape::Ramp));
     inside.Shown.SetShade(shade);
     inside.Shown.LookFrom({ 14, 15, 16 }, { 30, 22, 25 }, 0.1, 100, 60);
@@ -206,7 +122,7 @@ TEST(AgainstVTKGeometry, StretchedRotatedInside)
       const double s = std::sin(0.6);
       rotated.Direction = { c, -s, 0, s, c, 0, 0, 0, 1 };
       rotated.ExtentStart = { -7, 5, 11 };
-      Comparison turned(rotated, 48);
+      BesideVTK turned(rotated, 48);
       turned.Shown.SetTransfer(MakeTransfer(OpacityShape::Ramp));
       turned.Shown.Look({ 0.4, 1, -0.3 }, 0.8);
       turned.Expect("rotated direction matrix, unshaded");

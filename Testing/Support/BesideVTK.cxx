@@ -17,9 +17,6 @@
 namespace teravox::test
 {
 
-namespace
-{
-// Colours only: what VTK leaves in the window's alpha is another matter.
 std::vector<float> WithoutAlpha(std::vector<float> picture)
 {
   for (std::size_t i = 3; i < picture.size(); i += 4)
@@ -28,7 +25,54 @@ std::vector<float> WithoutAlpha(std::vector<float> picture)
   }
   return picture;
 }
+
+namespace
+{
+// Accumulators over the renderer's background.
+std::vector<float> OverBackground(Stage& stage)
+{
+  std::vector<float> picture = stage.Draw();
+  const double* background = stage.Renderer->GetBackground();
+  for (std::size_t i = 0; i < picture.size(); ++i)
+  {
+    const std::size_t channel = i % 4;
+    picture[i] += channel == 3
+      ? 0.0f
+      : static_cast<float>(background[channel]) * (1 - picture[i - channel + 3]);
+  }
+  return WithoutAlpha(std::move(picture));
+}
 } // namespace
+
+PictureEnvelope EnvelopeOf(Stage& stage, vtkVolumeMapper* mapper)
+{
+  vtkCamera* camera = stage.Renderer->GetActiveCamera();
+  double center[2];
+  camera->GetWindowCenter(center);
+  PictureEnvelope envelope;
+  for (int i = 0; i < 9; ++i)
+  {
+    // The window is two units wide.
+    camera->SetWindowCenter(center[0] + (i % 3 - 1) * 2.0 / 32 / stage.Width(),
+      center[1] + (i / 3 - 1) * 2.0 / 32 / stage.Height());
+    const std::vector<float> picture = WithoutAlpha(stage.DrawPictureWith(mapper));
+    if (i == 0)
+    {
+      envelope.Low = envelope.High = picture;
+    }
+    for (std::size_t p = 0; p < picture.size(); ++p)
+    {
+      envelope.Low[p] = std::min(envelope.Low[p], picture[p]);
+      envelope.High[p] = std::max(envelope.High[p], picture[p]);
+    }
+    if (i == 4)
+    {
+      envelope.Middle = picture;
+    }
+  }
+  camera->SetWindowCenter(center[0], center[1]);
+  return envelope;
+}
 
 BesideVTK::BesideVTK(const ImageOptions& options, int size)
   : Image(MakeImage(options))
@@ -71,40 +115,15 @@ void BesideVTK::CopyCuts()
 
 void BesideVTK::Expect(const std::string& name, const Tolerance& tolerance)
 {
-  const std::vector<float> ours = WithoutAlpha(this->Shown.DrawPicture());
+  const std::vector<float> ours = OverBackground(this->Shown);
   ASSERT_TRUE(this->Shown.Mapper->IsConverged()) << name;
-  vtkCamera* camera = this->Shown.Renderer->GetActiveCamera();
-  double center[2];
-  camera->GetWindowCenter(center);
-  std::vector<float> low;
-  std::vector<float> high;
-  std::vector<float> middle;
-  for (int i = 0; i < 9; ++i)
-  {
-    // The window is two units wide.
-    camera->SetWindowCenter(center[0] + (i % 3 - 1) * 2.0 / 32 / this->Shown.Width(),
-      center[1] + (i / 3 - 1) * 2.0 / 32 / this->Shown.Height());
-    const std::vector<float> picture = WithoutAlpha(this->Shown.DrawPictureWith(this->Theirs));
-    if (i == 0)
-    {
-      low = high = picture;
-    }
-    for (std::size_t p = 0; p < picture.size(); ++p)
-    {
-      low[p] = std::min(low[p], picture[p]);
-      high[p] = std::max(high[p], picture[p]);
-    }
-    if (i == 4)
-    {
-      middle = picture;
-    }
-  }
-  camera->SetWindowCenter(center[0], center[1]);
-  const ImageDifference plain = CompareImages(ours, middle);
-  const ImageDifference excess = ExcessOverEnvelope(ours, low, high);
+  const PictureEnvelope theirs = EnvelopeOf(this->Shown, this->Theirs);
+  const ImageDifference plain = CompareImages(ours, theirs.Middle);
+  const ImageDifference excess = ExcessOverEnvelope(ours, theirs.Low, theirs.High);
   std::printf("  %-44s mean %.3f/255, max %.2f/255 beyond the envelope, plain max %.2f/255\n",
     name.c_str(), 255 * plain.Mean, 255 * excess.Max, 255 * plain.Max);
-  EXPECT_GT(*std::max_element(middle.begin(), middle.end()), 0.1f) << name << ": empty";
+  EXPECT_GT(*std::max_element(theirs.Middle.begin(), theirs.Middle.end()), 0.1f)
+    << name << ": empty";
   EXPECT_LE(plain.Mean, tolerance.Mean / 255) << name;
   EXPECT_LE(excess.Max, tolerance.Max / 255)
     << name << ", pixel " << excess.WorstPixel % static_cast<std::size_t>(this->Shown.Width())

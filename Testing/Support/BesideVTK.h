@@ -5,10 +5,24 @@
 #include "Scene.h"
 
 #include <string>
+#include <vector>
 #include <vtkOpenGLGPUVolumeRayCastMapper.h>
 
 namespace teravox::test
 {
+
+/// Colours only: what VTK leaves in the window's alpha is another matter.
+std::vector<float> WithoutAlpha(std::vector<float> picture);
+
+/// The least and the largest of nine pictures within +-1/32 pixel, and the one in their middle.
+struct PictureEnvelope
+{
+  std::vector<float> Low;
+  std::vector<float> High;
+  std::vector<float> Middle;
+};
+/// Of what a stage shows, drawn by another mapper, without alpha.
+PictureEnvelope EnvelopeOf(Stage& stage, vtkVolumeMapper* mapper);
 
 /// One image drawn by the out-of-core mapper and by vtkGPUVolumeRayCastMapper with a sample
 /// distance of 0.1 voxel, no automatic adjustment, no jitter, and scalars of 16 bits (software

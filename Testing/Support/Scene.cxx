@@ -526,6 +526,46 @@ ImageDifference StageTruth::Excess(
   return ExcessOverEnvelope(picture, bounds.Low, bounds.High);
 }
 
+ImageOptions OptionsOfType(ScalarType type)
+{
+  ImageOptions options;
+  options.Type = type;
+  switch (type)
+  {
+    case ScalarType::Int8:
+      options.Low = -128;
+      options.High = 127;
+      break;
+    case ScalarType::UInt16:
+      options.Low = 3000;
+      options.High = 65000;
+      break;
+    case ScalarType::Int16:
+      options.Low = -1000;
+      options.High = 3000;
+      break;
+    case ScalarType::UInt32: // far beyond the 24 bits of a float
+      options.Low = 4.0e9;
+      options.High = 4.0e9 + 4000;
+      break;
+    case ScalarType::Int32:
+      options.Low = -2.0e9;
+      options.High = -2.0e9 + 900;
+      break;
+    case ScalarType::Float32:
+      options.Low = -3.5;
+      options.High = 2.25;
+      break;
+    case ScalarType::Float64:
+      options.Low = 1.0e12;
+      options.High = 1.0e12 + 1;
+      break;
+    default:
+      break;
+  }
+  return options;
+}
+
 double BlobField(double x, double y, double z)
 {
   const auto blob = [&](double cx, double cy, double cz, double r)

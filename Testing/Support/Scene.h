@@ -179,6 +179,9 @@ struct ImageOptions
   double High = 255;
   double ShareOfNaN = 0; ///< for floats: this share of the voxels, in clumps
 };
+/// Of a type, with values that are a challenge to it: integers and doubles that floats can't tell
+/// apart, negative ones.
+ImageOptions OptionsOfType(ScalarType type);
 /// A smooth field in 0...1 at a place in 0...1 per axis.
 using UnitField = std::function<double(double, double, double)>;
 /// Blobs, a shell and a hollow, no symmetry; some corners exactly 0.

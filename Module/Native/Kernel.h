@@ -382,9 +382,7 @@ void MarchTile(
   const NativeScene& scene, int left, int bottom, int right, int top, NativeReport& report)
 {
   const MarchParameters& p = *scene.Parameters;
-  NativeScene counted = scene;
-  counted.Report = &report;
-  Context c{ counted, p, TableOf(scene), MakeRayLight(scene), 0, 0, 0, {}, {} };
+  Context c{ scene, p, report, TableOf(scene), MakeRayLight(scene), 0, 0, 0, {}, {} };
   for (int y = bottom; y < top; ++y)
   {
     for (int x = left; x < right; ++x)

@@ -42,6 +42,67 @@ TERAVOX_INLINE LotView OpenLot(Context& c, const Walk& w, const BrickView& view)
   return v;
 }
 
+// The field of the cells of a lot along the ray, in nodes.
+struct LotField
+{
+  Cubic Field;
+  Floats Least; // of the corners
+  Floats Largest;
+  Ints Valid; // there is such a cell, and all its corners have a value
+};
+
+template <typename T>
+TERAVOX_INLINE Ints HaveValues(const Corners& k)
+{
+  if constexpr (sizeof(T) == 4)
+  {
+    // One voxel without a value, and there is none in between.
+    const Floats sum =
+      ((k.V[0] + k.V[1]) + (k.V[2] + k.V[3])) + ((k.V[4] + k.V[5]) + (k.V[6] + k.V[7]));
+    return sum == sum;
+  }
+  return Splat(-1);
+}
+
+TERAVOX_INLINE Vectors PlacesIn(const Walk& walk, const LotView& v)
+{
+  const auto position = [&](int a, Ints cell)
+  { return (walk.First[a] + v.Begin * walk.Direction[a]) - ToFloat(cell); };
+  return { position(0, v.X), position(1, v.Y), position(2, v.Z) };
+}
+TERAVOX_INLINE Vectors PassedIn(const Walk& walk, const LotView& v)
+{
+  const Floats passed = v.End - v.Begin;
+  return { passed * walk.Direction[0], passed * walk.Direction[1], passed * walk.Direction[2] };
+}
+
+template <typename T>
+TERAVOX_INLINE LotField RangesOf(
+  const Context& c, const BrickView& view, const LotView& v, const Corners& k)
+{
+  LotField f;
+  Floats least = k.V[0];
+  Floats largest = k.V[0];
+  for (int i = 1; i < 8; ++i)
+  {
+    least = Min(least, k.V[i]);
+    largest = Max(largest, k.V[i]);
+  }
+  f.Least = NodeOf(c.Table, view, least);
+  f.Largest = NodeOf(c.Table, view, largest);
+  f.Valid = v.Valid & HaveValues<T>(k);
+  return f;
+}
+
+TERAVOX_INLINE Cubic FieldAlong(const Context& c, const BrickView& view, const Corners& k,
+  const Vectors& from, const Vectors& passed)
+{
+  const Cubic texels = CubicAlong(k, from, passed);
+  const float toNodes = view.Scale * c.Table.NodesPerUnit;
+  return { NodeOf(c.Table, view, texels.A), texels.B * toNodes, texels.C * toNodes,
+    texels.D * toNodes };
+}
+
 // The pieces of visible cells, one after the other. `turning`: these go on behind their turning
 // points.
 template <bool Shade>
@@ -50,7 +111,7 @@ TERAVOX_INLINE void TakeAll(Context& c, State& state, const Segments& s, const P
 {
   // Transmittance only falls: what needn't be cut now needn't be later.
   const unsigned costly = Bits((front.Error * state.Transmittance) > c.P.Step[3]) & bits;
-  std::uint64_t& evaluated = c.Scene.Report->Evaluated;
+  std::uint64_t& evaluated = c.Report.Evaluated;
   if ((costly | turning) != 0)
   {
     evaluated += static_cast<std::uint64_t>(__builtin_popcount(bits));
@@ -78,43 +139,22 @@ __attribute__((noinline)) void IntegrateLinear(
 {
   const LotView v = OpenLot<T>(c, walk, view);
   const Corners k = LoadCorners<T>(view, v.At);
-  Floats least = k.V[0];
-  Floats largest = k.V[0];
-  for (int i = 1; i < 8; ++i)
-  {
-    least = Min(least, k.V[i]);
-    largest = Max(largest, k.V[i]);
-  }
-  Ints visible = v.Valid;
+  const LotField field = RangesOf<T>(c, view, v, k);
+  Ints visible = field.Valid;
   if (c.P.Switches[0] != 0)
   {
-    visible &=
-      ~IsEmptyBetween(c.Table, NodeOf(c.Table, view, least), NodeOf(c.Table, view, largest));
-  }
-  if constexpr (sizeof(T) == 4)
-  {
-    // One voxel without a value, and there is none in between.
-    const Floats sum =
-      ((k.V[0] + k.V[1]) + (k.V[2] + k.V[3])) + ((k.V[4] + k.V[5]) + (k.V[6] + k.V[7]));
-    visible &= sum == sum;
+    visible &= ~IsEmptyBetween(c.Table, field.Least, field.Largest);
   }
   unsigned bits = Bits(visible);
   if (bits == 0)
   {
     return;
   }
-  const Floats passed = v.End - v.Begin;
-  const auto position = [&](int a, Ints cell)
-  { return (walk.First[a] + v.Begin * walk.Direction[a]) - ToFloat(cell); };
-  const Vectors w{ position(0, v.X), position(1, v.Y), position(2, v.Z) };
-  const Vectors d{ passed * walk.Direction[0], passed * walk.Direction[1],
-    passed * walk.Direction[2] };
+  const Vectors w = PlacesIn(walk, v);
+  const Vectors d = PassedIn(walk, v);
   Segments s;
-  s.Field = CubicAlong(k, w, d);
-  const float toNodes = view.Scale * c.Table.NodesPerUnit;
-  s.Field = { NodeOf(c.Table, view, s.Field.A), s.Field.B * toNodes, s.Field.C * toNodes,
-    s.Field.D * toNodes };
-  s.Length = passed * ray.World;
+  s.Field = FieldAlong(c, view, k, w, d);
+  s.Length = (v.End - v.Begin) * ray.World;
   const Floats turn = TurningPoint(s.Field);
   if (c.P.Switches[0] != 0)
   {
@@ -130,7 +170,7 @@ __attribute__((noinline)) void IntegrateLinear(
   if constexpr (Shade)
   {
     s.Begin = v.Begin;
-    c.Scene.Report->Gradients += static_cast<std::uint64_t>(__builtin_popcount(bits));
+    c.Report.Gradients += static_cast<std::uint64_t>(__builtin_popcount(bits));
     s.Light = LoadGradient<T>(view, v.At, k, w, d);
     const auto scale = [](const Cubic& g, float f) -> Cubic {
       return { g.A * f, g.B * f, g.C * f, g.D * f };
@@ -161,11 +201,11 @@ __attribute__((noinline)) void IntegrateNearest(
     return;
   }
   const auto seen = static_cast<std::uint64_t>(__builtin_popcount(bits));
-  c.Scene.Report->Evaluated += seen;
+  c.Report.Evaluated += seen;
   Color<Floats> color = TransferColor(c.Table, node);
   if constexpr (Shade)
   {
-    c.Scene.Report->Gradients += seen;
+    c.Report.Gradients += seen;
     const auto difference = [&](std::int32_t voxels, float perVoxel)
     {
       const auto step = static_cast<std::ptrdiff_t>(sizeof(T)) * voxels;
@@ -241,7 +281,6 @@ void IntegrateBrick(
   constexpr auto edge = static_cast<float>(shared::CELL_EDGE);
   constexpr auto macroEdge = static_cast<float>(MacroEdge);
   const Walk w = BeginWalk(ray, view, Nearest ? 0.0f : 0.5f, t1);
-  const Quad last = LastCell(view);
   const Quad none = {};
   const bool skip = c.P.Switches[0] != 0;
   const std::uint64_t* onward = OnwardOf(w);
@@ -282,12 +321,7 @@ void IntegrateBrick(
     }
     return !due || !IsOver(c, state);
   };
-  // The cell of CELL_EDGE^3 voxels of a voxel cell.
-  const auto cellOf = [&](Quad voxelCell)
-  {
-    const Quad at = Floor((voxelCell - Border) * (1.0f / edge));
-    return at < none ? none : at > last ? last : at;
-  };
+  const auto cellOf = [&](Quad voxelCell) { return CellOf(view, voxelCell); };
   Quad cell = CellAt(w, t0);
   bool known = true; // `cell` is where the ray is
   Quad at = cellOf(cell);
@@ -389,20 +423,13 @@ void IntegrateBrick(
     }
     do
     {
-      const Quad ahead = (cell + w.Forward - w.First) * w.Inverse;
-      const Quad leave = LeastOfThree(ahead);
-      lot.Cells[lot.Count] = WithFourth(cell, t);
-      const float begin = t;
-      t = Min(Max(leave[0], begin), t1);
-      lot.Count += t > begin ? 1 : 0;
-      cell += ahead <= leave ? w.Move : none;
+      PutCell(lot, w, cell, t, t1);
       if (!integrateIf(lot.Count == Lanes))
       {
         return;
       }
     } while (t < stop);
-    at += exits <= next ? w.Move : none;
-    at = at < none ? none : at > last ? last : at;
+    at = Within(view, at + (exits <= next ? w.Move : none));
   }
   if (lot.Count != 0)
   {

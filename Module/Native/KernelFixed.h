@@ -43,10 +43,10 @@ void IntegrateFixed(
     const Floats gathered = CentroidOf(a.S, b.S, depth);
     Color<Floats> color = Mix(TransferColor(c.Table, a.X), TransferColor(c.Table, b.X), gathered);
     const unsigned seen = Bits(depth > 0.0f) & ((1u << count) - 1u);
-    c.Scene.Report->Evaluated += static_cast<std::uint64_t>(count);
+    c.Report.Evaluated += static_cast<std::uint64_t>(count);
     if (Shade && seen != 0)
     {
-      c.Scene.Report->Gradients += static_cast<std::uint64_t>(__builtin_popcount(seen));
+      c.Report.Gradients += static_cast<std::uint64_t>(__builtin_popcount(seen));
       const Floats at = begin + length * gathered;
       const Places gatheredAt = PlacesAt<T>(c, view, w, at);
       color = LitColor(c.P, color, NormalAt<T>(c, view, gatheredAt), c.Light, at);

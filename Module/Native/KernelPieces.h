@@ -47,6 +47,7 @@ struct Context
 {
   const NativeScene& Scene;
   const MarchParameters& P;
+  NativeReport& Report; // of the tile
   Transfer Table;
   RayLight Light;
   std::uint32_t Steps;        // of this pass

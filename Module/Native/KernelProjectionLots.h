@@ -29,66 +29,6 @@ TERAVOX_INLINE Turns TurnsOf(const Cubic& c)
   return { Min(u, v), Max(u, v) };
 }
 
-// The field of the cells of a lot along the ray, in nodes.
-struct LotField
-{
-  Cubic Field;
-  Floats Least; // of the corners
-  Floats Largest;
-  Ints Valid; // there is such a cell, and all its corners have a value
-};
-
-template <typename T>
-TERAVOX_INLINE Ints HaveValues(const Corners& k)
-{
-  if constexpr (sizeof(T) == 4)
-  {
-    const Floats sum =
-      ((k.V[0] + k.V[1]) + (k.V[2] + k.V[3])) + ((k.V[4] + k.V[5]) + (k.V[6] + k.V[7]));
-    return sum == sum;
-  }
-  return Splat(-1);
-}
-
-TERAVOX_INLINE Vectors PlacesIn(const Walk& walk, const LotView& v)
-{
-  const auto position = [&](int a, Ints cell)
-  { return (walk.First[a] + v.Begin * walk.Direction[a]) - ToFloat(cell); };
-  return { position(0, v.X), position(1, v.Y), position(2, v.Z) };
-}
-TERAVOX_INLINE Vectors PassedIn(const Walk& walk, const LotView& v)
-{
-  const Floats passed = v.End - v.Begin;
-  return { passed * walk.Direction[0], passed * walk.Direction[1], passed * walk.Direction[2] };
-}
-
-template <typename T>
-TERAVOX_INLINE LotField RangesOf(
-  const Context& c, const BrickView& view, const LotView& v, const Corners& k)
-{
-  LotField f;
-  Floats least = k.V[0];
-  Floats largest = k.V[0];
-  for (int i = 1; i < 8; ++i)
-  {
-    least = Min(least, k.V[i]);
-    largest = Max(largest, k.V[i]);
-  }
-  f.Least = NodeOf(c.Table, view, least);
-  f.Largest = NodeOf(c.Table, view, largest);
-  f.Valid = v.Valid & HaveValues<T>(k);
-  return f;
-}
-
-TERAVOX_INLINE Cubic FieldAlong(const Context& c, const BrickView& view, const Corners& k,
-  const Vectors& from, const Vectors& passed)
-{
-  const Cubic texels = CubicAlong(k, from, passed);
-  const float toNodes = view.Scale * c.Table.NodesPerUnit;
-  return { NodeOf(c.Table, view, texels.A), texels.B * toNodes, texels.C * toNodes,
-    texels.D * toNodes };
-}
-
 // The best value of each cell, at its ends or where its cubic turns.
 TERAVOX_INLINE void TakeExtremes(Context& c, State& state, Floats best, Ints valid)
 {
@@ -158,13 +98,6 @@ inline float MeetingPoint(const LaneCubic& f, float from, float to, float value,
   return u;
 }
 
-// None where a voxel of the gradient has no value.
-inline Normal<float> NormalOrNone(const Context& c, float x, float y, float z)
-{
-  const float sum = Abs(x) + Abs(y) + Abs(z);
-  return c.Scene.Shade && sum > 0.0f ? NormalOf(c.P, x, y, z) : Normal<float>{ 0.0f, 0.0f, 0.0f };
-}
-
 // Surfaces through the cells of a lot. The side where the ray is comes from the cell before, so
 // that none is lost or met twice at a face, where two cells round in different ways.
 template <typename T>
@@ -208,8 +141,9 @@ TERAVOX_INLINE void ProjectSurfaces(Context& c, State& state, const BrickView& v
       const auto along = [&](const Cubic& d) {
         return LaneCubic{ d.A[l], d.B[l], d.C[l], d.D[l] }.At(u);
       };
-      return NormalOrNone(
-        c, along(g.X) * view.PerVoxelX, along(g.Y) * view.PerVoxelY, along(g.Z) * view.PerVoxelZ);
+      return c.Scene.Shade ? NormalOf(c.P, along(g.X) * view.PerVoxelX, along(g.Y) * view.PerVoxelY,
+                               along(g.Z) * view.PerVoxelZ)
+                           : Normal<float>{ 0.0f, 0.0f, 0.0f };
     };
     const auto valueAt = [&](float u) { return Min(Max(lane.At(u), least), largest); };
     const auto depthAt = [&](float u) { return v.Begin[l] + u * (v.End[l] - v.Begin[l]); };
@@ -419,7 +353,7 @@ __attribute__((noinline)) void ProjectNearest(
           __builtin_memcpy(&behind, at - step, sizeof(behind));
           return (static_cast<float>(ahead) - static_cast<float>(behind)) * perVoxel;
         };
-        return NormalOrNone(c, difference(1, view.PerVoxelX), difference(view.Edge, view.PerVoxelY),
+        return NormalOf(c.P, difference(1, view.PerVoxelX), difference(view.Edge, view.PerVoxelY),
           difference(std::ptrdiff_t{ view.Edge } * view.Edge, view.PerVoxelZ));
       };
       JumpTo(c, state, node[l], normal, v.Begin[l]);
@@ -439,7 +373,6 @@ void ProjectMapped(
   constexpr auto edge = static_cast<float>(shared::CELL_EDGE);
   const bool nearest = c.Scene.Nearest;
   const Walk w = BeginWalk(ray, view, nearest ? 0.0f : 0.5f, t1);
-  const Quad last = LastCell(view);
   const Quad none = {};
   const bool skip = c.P.Switches[0] != 0;
   // On which side of a surface a cell lies has to be told to a ray that has got there.
@@ -452,14 +385,9 @@ void ProjectMapped(
     nearest ? ProjectNearest<T>(c, state, ray, view, w) : ProjectLinear<T>(c, state, ray, view, w);
     lot.Count = 0;
   };
-  const auto cellOf = [&](Quad voxelCell)
-  {
-    const Quad at = Floor((voxelCell - Border) * (1.0f / edge));
-    return at < none ? none : at > last ? last : at;
-  };
   Quad cell = CellAt(w, t0);
   bool known = true; // `cell` is where the ray is
-  Quad at = cellOf(cell);
+  Quad at = CellOf(view, cell);
   float t = t0;
   while (t < t1)
   {
@@ -469,11 +397,7 @@ void ProjectMapped(
     bool skipped = false;
     if (skip && stop > t)
     {
-      const std::int32_t x = static_cast<std::int32_t>(at[0]);
-      const std::int32_t y = static_cast<std::int32_t>(at[1]);
-      const std::int32_t z = static_cast<std::int32_t>(at[2]);
-      const TexelRange range =
-        RangeOf<T>(view, static_cast<std::size_t>(x + view.CellsAlong * (y + view.CellsAlong * z)));
+      const TexelRange range = RangeOf<T>(view, IndexOf(view, at));
       const float from = NodeOf(c.Table, view, range.Least);
       const float to = NodeOf(c.Table, view, range.Largest);
       const bool crossed = inOrder && HasSurface(c, from, to);
@@ -506,13 +430,7 @@ void ProjectMapped(
     }
     do
     {
-      const Quad ahead = (cell + w.Forward - w.First) * w.Inverse;
-      const Quad leave = LeastOfThree(ahead);
-      lot.Cells[lot.Count] = WithFourth(cell, t);
-      const float begin = t;
-      t = Min(Max(leave[0], begin), t1);
-      lot.Count += t > begin ? 1 : 0;
-      cell += ahead <= leave ? w.Move : none;
+      PutCell(lot, w, cell, t, t1);
       if (lot.Count == Lanes)
       {
         project();
@@ -522,8 +440,7 @@ void ProjectMapped(
         }
       }
     } while (t < stop);
-    at += exits <= next ? w.Move : none;
-    at = at < none ? none : at > last ? last : at;
+    at = Within(view, at + (exits <= next ? w.Move : none));
   }
   if (lot.Count != 0)
   {

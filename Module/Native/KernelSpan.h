@@ -173,7 +173,7 @@ __attribute__((noinline)) float IntegrateSpan(Context& c, State& state, const Ra
   const Sample<Floats> a = SampleTransfer(c.Table, places.Node);
   c.Steps += SpanPieces;
   c.Samples += SpanPieces;
-  c.Scene.Report->Evaluated += SpanPieces;
+  c.Report.Evaluated += SpanPieces;
   // What the samples didn't see; no value anywhere is for the cells to find out.
   const float highest = LargestLane(a.S);
   const float lowest = -LargestLane(-a.S);
@@ -196,7 +196,7 @@ __attribute__((noinline)) float IntegrateSpan(Context& c, State& state, const Ra
   Floats turned = {};
   if constexpr (Shade)
   {
-    c.Scene.Report->Gradients += SpanPieces;
+    c.Report.Gradients += SpanPieces;
     const Normal<Floats> n = NormalAt<T>(c, view, places);
     colorA = LitColor(c.P, colorA, n, c.Light, t0 + step * steps);
     turned = one - ((n.X * Ahead<1>(n.X) + n.Y * Ahead<1>(n.Y)) + n.Z * Ahead<1>(n.Z));

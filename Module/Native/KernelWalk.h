@@ -57,6 +57,31 @@ TERAVOX_INLINE bool IsOutside(const BrickView& view, Quad at)
   return Bits((at < Quad{}) | (at > LastCell(view))) != 0;
 }
 
+TERAVOX_INLINE Quad Within(const BrickView& view, Quad at)
+{
+  const Quad none = {};
+  const Quad last = LastCell(view);
+  return at < none ? none : at > last ? last : at;
+}
+// The cell of CELL_EDGE^3 voxels of a voxel cell.
+TERAVOX_INLINE Quad CellOf(const BrickView& view, Quad voxelCell)
+{
+  constexpr auto edge = static_cast<float>(shared::CELL_EDGE);
+  return Within(view, Floor((voxelCell - Border) * (1.0f / edge)));
+}
+
+// Puts the voxel cell in which a ray is at depth t into a lot, and goes on to the next.
+TERAVOX_INLINE void PutCell(Lot& lot, const Walk& w, Quad& cell, float& t, float t1)
+{
+  const Quad ahead = (cell + w.Forward - w.First) * w.Inverse;
+  const Quad leave = LeastOfThree(ahead);
+  lot.Cells[lot.Count] = WithFourth(cell, t);
+  const float begin = t;
+  t = Min(Max(leave[0], begin), t1);
+  lot.Count += t > begin ? 1 : 0;
+  cell += ahead <= leave ? w.Move : Quad{};
+}
+
 // Which of the MacroEdge^3 cells of a word can be met by a ray from each of them on: those that
 // aren't behind it on any axis. One table for each of the eight combinations of signs (x + 2 y +
 // 4 z, 1 for upwards).
@@ -122,6 +147,14 @@ struct CellPlace
     return (this->Seen() & onward[this->Bit]) != 0;
   }
 };
+// Of a cell of CELL_EDGE^3 voxels among those of its brick, x fastest.
+TERAVOX_INLINE std::size_t IndexOf(const BrickView& view, Quad at)
+{
+  const auto x = static_cast<std::int32_t>(at[0]);
+  const auto y = static_cast<std::int32_t>(at[1]);
+  const auto z = static_cast<std::int32_t>(at[2]);
+  return static_cast<std::size_t>(x + view.CellsAlong * (y + view.CellsAlong * z));
+}
 TERAVOX_INLINE CellPlace PlaceOf(const BrickView& view, Quad at)
 {
   static_assert(MacroEdge == 4);
@@ -130,8 +163,7 @@ TERAVOX_INLINE CellPlace PlaceOf(const BrickView& view, Quad at)
   const auto z = static_cast<std::int32_t>(at[2]);
   return { view.Occupancy +
       2 * ((x >> 2) + view.MacrosAlong * ((y >> 2) + view.MacrosAlong * (z >> 2))),
-    (x & 3) | (y & 3) << 2 | (z & 3) << 4,
-    static_cast<std::size_t>(x + view.CellsAlong * (y + view.CellsAlong * z)) };
+    (x & 3) | (y & 3) << 2 | (z & 3) << 4, IndexOf(view, at) };
 }
 
 // The range of the texels of a cell.

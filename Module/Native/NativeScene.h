@@ -62,8 +62,6 @@ struct NativeScene
   /// Of Slice, Depth isn't that of opaque geometry, but that along the rays at which the slice is
   /// met; NaN where it isn't.
   BlendKind Blend = BlendKind::Composite;
-
-  NativeReport* Report = nullptr; ///< where a tile counts; the kernel sets it for each
 };
 
 /// What the rays of one tile report.

@@ -22,11 +22,10 @@
 #endif
 #include "Library/Surfaces.glsl"
 #include "Library/Sums.glsl"
-#if TERAVOX_BLEND && TERAVOX_NEAREST
-#include "Library/ProjectVoxels.glsl"
-#elif TERAVOX_BLEND
-#include "Library/ProjectCells.glsl"
-#elif TERAVOX_NEAREST
+#if TERAVOX_BLEND
+#include "Library/ProjectValue.glsl"
+#endif
+#if TERAVOX_NEAREST
 #include "Library/MarchNearest.glsl"
 #elif TERAVOX_FIXED_STEP
 #include "Library/MarchFixed.glsl"

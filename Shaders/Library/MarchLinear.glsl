@@ -6,7 +6,11 @@
 // linear piece would miss more than the error allows; no ray is cut by what the cache holds. The
 // result depends on the cell alone, so that empty cells can be leapt over.
 #include "Library/CellWalk.glsl"
+#if TERAVOX_BLEND
+#include "Library/ProjectCells.glsl"
+#else
 #include "Library/Pieces.glsl"
+#endif
 
 void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float t0, float t1)
 {

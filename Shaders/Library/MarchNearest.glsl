@@ -1,6 +1,34 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // The field is constant in each voxel: one segment per voxel, cut exactly at voxel faces.
+#if TERAVOX_BLEND
+#include "Library/ProjectVoxels.glsl"
+#else
+void TakeVoxel(
+  inout State state, Ray ray, BrickView view, int level, ivec3 voxel, float t0, float t1)
+{
+  float texel = Voxel(view, voxel);
+  float node = NodeOf(view, texel);
+  precise float depth = SampleTransfer(node).s * ((t1 - t0) * ray.world);
+#if TERAVOX_FLOAT_DATA
+  depth = isnan(texel) ? 0.0 : depth;
+#endif
+  vec3 color = TransferColor(node);
+#if TERAVOX_SHADE
+  if (depth > 0.0)
+  {
+    vec3 difference = CentralDifference(view, voxel) / vec3(u_levelFactor[level].xyz);
+    color = LitColor(color, Shade(difference, state.light, mix(t0, t1, 0.5)));
+    COUNT(gradients, true);
+  }
+#endif
+  Accumulate(state, OpacityOf(depth), color);
+  COUNT(samples, true);
+  COUNT(evaluated, depth > 0.0);
+  COUNT(contributing, depth > 0.0);
+}
+#endif
+
 void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float t0, float t1)
 {
   vec3 inverse = 1.0 / view.direction;
@@ -18,25 +46,7 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
     float next = min(Minimum(exits), t1);
     if (next > t)
     {
-      float texel = Voxel(view, voxel);
-      float node = NodeOf(view, texel);
-      precise float depth = SampleTransfer(node).s * ((next - t) * ray.world);
-#if TERAVOX_FLOAT_DATA
-      depth = isnan(texel) ? 0.0 : depth;
-#endif
-      vec3 color = TransferColor(node);
-#if TERAVOX_SHADE
-      if (depth > 0.0)
-      {
-        vec3 difference = CentralDifference(view, voxel) / vec3(u_levelFactor[level].xyz);
-        color = LitColor(color, Shade(difference, state.light, mix(t, next, 0.5)));
-        COUNT(gradients, true);
-      }
-#endif
-      Accumulate(state, OpacityOf(depth), color);
-      COUNT(samples, true);
-      COUNT(evaluated, depth > 0.0);
-      COUNT(contributing, depth > 0.0);
+      TakeVoxel(state, ray, view, level, voxel, t, next);
       t = next;
     }
     state.steps += 1u;

@@ -18,17 +18,7 @@ vec2 TurnsOf(vec4 c)
   return vec2(min(u, v), max(u, v));
 }
 
-// What a slice shows of a value.
-void TakeSlice(inout State state, float node)
-{
-  if (!g_any)
-  {
-    Accumulate(state, min(SampleTransfer(node).s, 1.0), TransferColor(node));
-    g_any = true;
-  }
-}
-
-void TakeCell(
+void IntegrateCell(
   inout State state, Ray ray, BrickView view, int level, CellWalk walk, VisitedCell visited)
 {
   precise vec3 w0 = (walk.first + visited.begin * view.direction) - visited.cell;
@@ -67,49 +57,4 @@ void TakeCell(
 #else
   SumCell(state, cubic, turns, (walk.t - visited.begin) * ray.world);
 #endif
-}
-
-void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float t0, float t1)
-{
-  CellWalk walk = BeginWalk(ray, view, t0, t1);
-  for (int event = 0; event < 8192; ++event)
-  {
-    if (walk.t >= walk.end || state.transmittance <= u_step.z)
-    {
-      break;
-    }
-    VisitedCell visited = NextVisibleCell(walk, state, view);
-    if (visited.visible)
-    {
-      TakeCell(state, ray, view, level, walk, visited);
-    }
-  }
-}
-
-// A part of the ray with one value.
-void ProjectConstant(inout State state, Ray ray, float node, float t0, float t1)
-{
-  state.steps += 1u;
-  if (t1 > t0)
-  {
-#if TERAVOX_BLEND == BLEND_MAXIMUM
-    TakeExtreme(state, ExtremeOf(node));
-#elif TERAVOX_BLEND == BLEND_MINIMUM
-    TakeExtreme(state, ExtremeOf(-node));
-#elif TERAVOX_BLEND == BLEND_ISOSURFACE
-    Place place;
-    place.u = 0.0;
-#if TERAVOX_SHADE
-    place.gradient = Gradient(vec4(0.0), vec4(0.0), vec4(0.0));
-    place.perVoxel = vec3(0.0);
-    place.begin = t0;
-    place.extent = 0.0;
-#endif
-    JumpTo(state, node, place);
-#elif TERAVOX_BLEND == BLEND_SLICE
-    TakeSlice(state, node);
-#else
-    AddSum(SumBetween(node, node), (t1 - t0) * ray.world);
-#endif
-  }
 }

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Blend modes other than composite: what they make of a part of the ray with one value.
+
+#if TERAVOX_BLEND == BLEND_ISOSURFACE
+Place PlaceWith(vec3 gradient, float t)
+{
+  Place place;
+  place.u = 0.0;
+#if TERAVOX_SHADE
+  place.gradient =
+    Gradient(vec4(gradient.x, 0.0, 0.0, 0.0), vec4(gradient.y, 0.0, 0.0, 0.0), vec4(gradient.z, 0.0, 0.0, 0.0));
+  place.perVoxel = vec3(1.0);
+  place.begin = t;
+  place.extent = 0.0;
+#endif
+  return place;
+}
+#endif
+
+// What a slice shows of a value.
+void TakeSlice(inout State state, float node)
+{
+  if (!g_any)
+  {
+    Accumulate(state, min(SampleTransfer(node).s, 1.0), TransferColor(node));
+    g_any = true;
+  }
+}
+
+// A part of the ray with one value. `gradient`: in data per voxel of level 0.
+void TakeValue(inout State state, Ray ray, float node, vec3 gradient, float t0, float t1)
+{
+#if TERAVOX_BLEND == BLEND_MAXIMUM
+  TakeExtreme(state, ExtremeOf(node));
+#elif TERAVOX_BLEND == BLEND_MINIMUM
+  TakeExtreme(state, ExtremeOf(-node));
+#elif TERAVOX_BLEND == BLEND_ISOSURFACE
+  JumpTo(state, node, PlaceWith(gradient, t0));
+#elif TERAVOX_BLEND == BLEND_SLICE
+  TakeSlice(state, node);
+#else
+  AddSum(SumBetween(node, node), (t1 - t0) * ray.world);
+#endif
+}
+
+void ProjectConstant(inout State state, Ray ray, float node, float t0, float t1)
+{
+  state.steps += 1u;
+  if (t1 > t0)
+  {
+    TakeValue(state, ray, node, vec3(0.0), t0, t1);
+  }
+}

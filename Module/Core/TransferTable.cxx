@@ -107,6 +107,45 @@ std::vector<float> FindJumps(const TransferFunction& function, const TransferTab
   }
   return jumps;
 }
+
+// A function that is a wall at one node only: the extinction -ln(1 - opacity) beside it has no
+// bound but a mean, which is 1 per unit distance above that of the other node where the opacity is
+// linear. As a line up to the wall it would be a thousand times as much: as a jump close to the
+// wall's node it is right, and the node itself stays a wall. At an end of the table that is so
+// where no data lie beyond.
+void JumpToWalls(const TransferFunction& function, const TransferTable& table,
+  const ValueRange& data, const std::vector<double>& s, std::vector<float>& jumps)
+{
+  const bool known = data.IsKnown() && !data.IsVoid();
+  const auto isWall = [&](std::size_t i) { return s[i] >= table.WallExtinction; };
+  const auto jump = [&](std::size_t interval, std::size_t beside, bool begins)
+  {
+    if (jumps[interval] == TransferTable::NoJump)
+    {
+      const double share =
+        std::min(1.0, 1.0 / (function.UnitDistance * (table.WallExtinction - s[beside])));
+      jumps[interval] = static_cast<float>(begins ? 1.0 - share : share);
+    }
+  };
+  const std::size_t last = s.size() - 1;
+  for (std::size_t i = 0; i <= last; ++i)
+  {
+    const bool continuesBefore = i == 0 ? !(known && data.Min >= table.Low) : isWall(i - 1);
+    const bool continuesBehind = i == last ? !(known && data.Max <= table.High) : isWall(i + 1);
+    if (!isWall(i) || continuesBefore || continuesBehind)
+    {
+      continue;
+    }
+    if (i > 0)
+    {
+      jump(i - 1, i - 1, true);
+    }
+    if (i < last)
+    {
+      jump(i, i + 1, false);
+    }
+  }
+}
 } // namespace
 
 TransferTable BuildTransferTable(
@@ -148,7 +187,11 @@ TransferTable BuildTransferTable(
     table.LargestExtinction = std::max(table.LargestExtinction, s[i]);
   }
 
-  const std::vector<float> jumps = FindJumps(function, table);
+  std::vector<float> jumps = FindJumps(function, table);
+  if (!function.Response)
+  {
+    JumpToWalls(function, table, data, s, jumps);
+  }
   table.Integrals.resize(nodes);
   table.Variation.resize(nodes);
   double integral = 0;

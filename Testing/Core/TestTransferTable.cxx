@@ -557,4 +557,43 @@ TEST(TransferTable, SizesAreThoseOfItsArrays)
   EXPECT_EQ(table.SizeInBytes(), nodes * 36 + (nodes + 2) * 2 + table.Extremes.size() * 8);
 }
 
+// An opacity that only touches 1: the extinction has no bound there but an integral, as a wall it
+// would be a thousand times as much. A place that is 1 stays a wall.
+TEST(TransferTable, WallOfOneValue)
+{
+  for (const double unit : { 0.1, 1.0, 10.0 })
+  {
+    TransferFunction tent;
+    tent.Opacity = [](double v) { return std::clamp(1 - std::abs(v - 100) / 100, 0.0, 1.0); };
+    tent.Color = White;
+    tent.Knots = { 0, 100, 200 };
+    tent.UnitDistance = unit;
+    for (const double step : { 1e-3, 0.1 })
+    {
+      const TransferTable table = BuildTransferTable(tent, { 0, 200 }, false, step);
+      const View view(table);
+      const int middle = (table.Nodes - 1) / 2;
+      EXPECT_EQ(view.S(middle), static_cast<float>(table.WallExtinction));
+      EXPECT_NE(view.Jump(middle - 1), TransferTable::NoJump);
+      EXPECT_NE(view.Jump(middle), TransferTable::NoJump);
+      // With a the opacity, the integral of -ln(1 - a) is (1 - a) ln(1 - a) + a.
+      EXPECT_NEAR(view.Integral(0, middle), 100 / unit, 0.005 / unit);
+      EXPECT_NEAR(view.Integral(middle, table.Nodes - 1), 100 / unit, 0.005 / unit);
+      const double a = (200 - view.ValueAt(middle + 100)) / 100;
+      EXPECT_NEAR(view.Integral(middle, middle + 100),
+        100 / unit * (1 - ((1 - a) * std::log(1 - a) + a)), 0.005 / unit);
+    }
+  }
+  // At the end of the data, too: the usual ramp.
+  TransferFunction ramp;
+  ramp.Opacity = [](double v) { return std::clamp(v / 100, 0.0, 1.0); };
+  ramp.Color = White;
+  ramp.Knots = { 0, 100 };
+  const TransferTable table = BuildTransferTable(ramp, { 0, 100 }, false, 1e-3);
+  EXPECT_NEAR(View(table).Integral(0, table.Nodes - 1), 100, 0.005);
+  // Data beyond it see a wall as wide as they like.
+  const TransferTable wide = BuildTransferTable(ramp, { 0, 200 }, false, 1e-3);
+  EXPECT_EQ(View(wide).Jump(wide.Nodes - 2), TransferTable::NoJump);
+}
+
 } // namespace teravox

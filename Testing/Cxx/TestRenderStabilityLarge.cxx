@@ -3,6 +3,7 @@
 //
 // Numerical stability of large volumes and long sequences: the largest volume seen from its surface
 // is the truth, and frames leave nothing behind.
+#include "Effort.h"
 #include "ExpectTruth.h"
 #include "FormulaBrickSource.h"
 #include "Scene.h"
@@ -169,4 +170,62 @@ TEST(Stability, NoDriftOverFrames)
   }
   EXPECT_GT(different, 20u); // the walk moved
   EXPECT_GT(stage.Mapper->GetNumberOfEvictions(), 0u);
+}
+
+// Ten thousand small steps of a camera that wanders through the volume, with other bricks at each:
+// the first picture comes again with the same bits.
+TEST(Stability, NoDriftOverALongWalk)
+{
+  ImageOptions options;
+  options.Dimensions = { 40, 36, 44 };
+  const auto image = MakeImage(options);
+  Stage stage(8, 8);
+  stage.Mapper->SetBrickSize(8);
+  stage.SetImage(image);
+  stage.SetTransfer(MakeTransfer(OpacityShape::Ramp));
+  stage.Mapper->SetMaximumNumberOfSlots(24);
+  std::mt19937 random(7);
+  std::normal_distribution<double> step(0, 0.7);
+  std::array<double, 3> eye{ -12, -9, 15 };
+  std::array<double, 3> towards{ 20, 18, 22 };
+  const auto draw = [&]
+  {
+    stage.LookFrom(eye, towards, 0.1, 120, 60);
+    return stage.Draw();
+  };
+  const std::array<double, 3> start = eye;
+  const std::array<double, 3> ahead = towards;
+  const std::vector<float> before = draw();
+  ASSERT_TRUE(stage.Mapper->IsConverged());
+  ASSERT_GT(*std::max_element(before.begin(), before.end()), 0.1f);
+  const auto wander = [&](std::array<double, 3>& place)
+  {
+    for (std::size_t a = 0; a < 3; ++a)
+    {
+      // Reflected where it would leave the volume and what lies around it.
+      const double high = options.Dimensions[a] + 6;
+      const double next = place[a] + step(random);
+      place[a] = next < -6 ? -12 - next : next > high ? 2 * high - next : next;
+    }
+  };
+  const int frames = Effort(10000, 500);
+  std::size_t different = 0;
+  std::vector<float> last = before;
+  for (int frame = 0; frame < frames; ++frame)
+  {
+    wander(eye);
+    wander(towards);
+    const std::vector<float> picture = draw();
+    ASSERT_TRUE(stage.Mapper->IsConverged()) << frame;
+    different += AreImagesIdentical(picture, last) ? 0 : 1;
+    last = picture;
+  }
+  eye = start;
+  towards = ahead;
+  const std::vector<float> again = draw();
+  EXPECT_TRUE(AreImagesIdentical(again, before))
+    << CountDifferentBits(again, before) << " values differ";
+  // Outside, with the back to the volume, pictures are all empty.
+  EXPECT_GT(different, static_cast<std::size_t>(frames) / 2); // the walk moved
+  EXPECT_GT(stage.Mapper->GetNumberOfEvictions(), static_cast<vtkTypeUInt64>(frames));
 }

@@ -3,6 +3,7 @@
 #include "vtkOutOfCoreVolumeMapper.h"
 
 #include "ArrayBrickSource.h"
+#include "RefinementBoard.h"
 #include "SliceDepths.h"
 #include "VTKScalarType.h"
 #include "VolumeEngine.h"
@@ -1006,6 +1007,9 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   {
     in.WasConverged = false;
   }
+  teravox::RefinementBoard::Post(window,
+    { frame.Converged, this->GetNumberOfFailedBricks() + this->GetNumberOfFailedPageBlocks() > 0,
+      frame.MissingBricks, this->GetNumberOfBricksLoaded() });
   this->TimeToDraw = Now() - began;
   this->InvokeEvent(vtkCommand::VolumeMapperRenderEndEvent, nullptr);
 }

@@ -23,7 +23,7 @@ demo=(xvfb xauth libgl1-mesa-dri)
 optional=(mricron-data invesalius-examples)
 test=(
   git libgtest-dev glslang-tools clang-format-14 clang-tidy-14
-  python3-h5py python3-numpy hdf5-filter-plugin)
+  python3-h5py python3-numpy hdf5-filter-plugin f3d)
 
 case "${1:-test}" in
   build) wanted=("${build[@]}") optional=() ;;

@@ -3,6 +3,7 @@
 #include "vtkOutOfCoreVolumeMapper.h"
 
 #include "ArrayBrickSource.h"
+#include "RefinementBoard.h"
 #include "SliceDepths.h"
 #include "VTKScalarType.h"
 #include "VolumeEngine.h"
@@ -240,6 +241,7 @@ void vtkOutOfCoreVolumeMapper::PrintSelf(ostream& os, vtkIndent indent)
      << indent << "CountSamples: " << this->CountSamples << "\n"
      << indent << "ShowLevels: " << this->ShowLevels << "\n"
      << indent << "ErrorEstimate: " << this->ErrorEstimate << "\n"
+     << indent << "WarnOfSampling: " << this->WarnOfSampling << "\n"
      << indent << "BrickSource: " << this->Internals->Explicit << "\n"
      << indent << "Converged: " << (this->IsConverged() ? "yes" : "no") << "\n";
 }
@@ -537,12 +539,15 @@ std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeP
   check(m->GetDepthImageScalarType() != VTK_FLOAT, "DepthImageScalarType");
   check(m->GetFinalColorWindow() != 1.0f, "FinalColorWindow");
   check(m->GetFinalColorLevel() != 0.5f, "FinalColorLevel");
-  check(m->GetImageSampleDistance() != 1.0f, "ImageSampleDistance");
-  check(m->GetMinimumImageSampleDistance() != 1.0f, "MinimumImageSampleDistance");
-  check(m->GetMaximumImageSampleDistance() != 10.0f, "MaximumImageSampleDistance");
-  check(m->GetAutoAdjustSampleDistances() != 1, "AutoAdjustSampleDistances");
-  check(m->GetLockSampleDistanceToInputSpacing() != 0, "LockSampleDistanceToInputSpacing");
-  check(m->GetSampleDistance() != 1.0f && m->GetImageErrorTolerance() > 0, "SampleDistance");
+  if (m->GetWarnOfSampling())
+  {
+    check(m->GetImageSampleDistance() != 1.0f, "ImageSampleDistance");
+    check(m->GetMinimumImageSampleDistance() != 1.0f, "MinimumImageSampleDistance");
+    check(m->GetMaximumImageSampleDistance() != 10.0f, "MaximumImageSampleDistance");
+    check(m->GetAutoAdjustSampleDistances() != 1, "AutoAdjustSampleDistances");
+    check(m->GetLockSampleDistanceToInputSpacing() != 0, "LockSampleDistanceToInputSpacing");
+    check(m->GetSampleDistance() != 1.0f && m->GetImageErrorTolerance() > 0, "SampleDistance");
+  }
   check(m->GetReportProgress() != true, "ReportProgress");
   check(m->GetColorRangeType() != vtkGPUVolumeRayCastMapper::SCALAR, "ColorRangeType");
   check(
@@ -1002,6 +1007,9 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   {
     in.WasConverged = false;
   }
+  teravox::RefinementBoard::Post(window,
+    { frame.Converged, this->GetNumberOfFailedBricks() + this->GetNumberOfFailedPageBlocks() > 0,
+      frame.MissingBricks, this->GetNumberOfBricksLoaded() });
   this->TimeToDraw = Now() - began;
   this->InvokeEvent(vtkCommand::VolumeMapperRenderEndEvent, nullptr);
 }

@@ -249,6 +249,17 @@ public:
    */
   bool GetErrorEstimateImage(vtkImageData* image);
 
+  ///@{
+  /**
+   * Warn where settings of VTK's sampling (sample distances and their automatic adjustment) differ
+   * from their defaults, which ImageErrorTolerance makes pointless. Off where this mapper stands in
+   * the place of VTK's: there vtkSmartVolumeMapper sets them, not the user. Default on.
+   */
+  vtkSetMacro(WarnOfSampling, vtkTypeBool);
+  vtkGetMacro(WarnOfSampling, vtkTypeBool);
+  vtkBooleanMacro(WarnOfSampling, vtkTypeBool);
+  ///@}
+
   /** True if the last frame was complete: every ray ended, at its level, none waits, none failed.
    */
   bool IsConverged();
@@ -349,6 +360,7 @@ protected:
   vtkTypeBool CountSamples = 0;
   vtkTypeBool ShowLevels = 0;
   vtkTypeBool ErrorEstimate = 0;
+  vtkTypeBool WarnOfSampling = 1;
 
 private:
   vtkOutOfCoreVolumeMapper(const vtkOutOfCoreVolumeMapper&) = delete;

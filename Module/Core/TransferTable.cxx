@@ -118,13 +118,14 @@ void JumpToWalls(const TransferFunction& function, const TransferTable& table,
 {
   const bool known = data.IsKnown() && !data.IsVoid();
   const auto isWall = [&](std::size_t i) { return s[i] >= table.WallExtinction; };
-  const auto jump = [&](std::size_t interval, std::size_t beside, bool begins)
+  // `beside`: the end of the interval that is no wall.
+  const auto jump = [&](std::size_t interval, std::size_t beside)
   {
     if (jumps[interval] == TransferTable::NoJump)
     {
       const double share =
         std::min(1.0, 1.0 / (function.UnitDistance * (table.WallExtinction - s[beside])));
-      jumps[interval] = static_cast<float>(begins ? 1.0 - share : share);
+      jumps[interval] = static_cast<float>(beside == interval ? 1.0 - share : share);
     }
   };
   const std::size_t last = s.size() - 1;
@@ -138,11 +139,11 @@ void JumpToWalls(const TransferFunction& function, const TransferTable& table,
     }
     if (i > 0)
     {
-      jump(i - 1, i - 1, true);
+      jump(i - 1, i - 1);
     }
     if (i < last)
     {
-      jump(i, i + 1, false);
+      jump(i, i + 1);
     }
   }
 }
@@ -160,8 +161,8 @@ TransferTable BuildTransferTable(
   const int intervals = ChooseIntervals(function, integers, table.Low, table.High);
   table.Nodes = intervals + 1;
   table.NodesPerUnit = intervals / (table.High - table.Low);
-  // exp(-40) is far below what a float accumulator resolves.
-  table.WallExtinction = 40.0 / smallestStep;
+  // exp(-40) is far below what a float accumulator resolves. As the table stores it.
+  table.WallExtinction = static_cast<double>(static_cast<float>(40.0 / smallestStep));
 
   const auto nodes = static_cast<std::size_t>(table.Nodes);
   std::vector<double> s(nodes);

@@ -568,7 +568,8 @@ TEST(TransferTable, WallOfOneValue)
     tent.Color = White;
     tent.Knots = { 0, 100, 200 };
     tent.UnitDistance = unit;
-    for (const double step : { 1e-3, 0.1 })
+    // Also one whose wall isn't a float.
+    for (const double step : { 1e-3, 0.1, 0.3 })
     {
       const TransferTable table = BuildTransferTable(tent, { 0, 200 }, false, step);
       const View view(table);

@@ -137,10 +137,8 @@ void vtkProgressiveRefinement::SetInteractor(vtkRenderWindowInteractor* interact
   {
     in.OfInteractor.push_back(interactor->AddObserver(event, pressed, BeforeOthers));
   }
-  for (const unsigned long event :
-    { vtkCommand::LeftButtonReleaseEvent, vtkCommand::MiddleButtonReleaseEvent,
-      vtkCommand::RightButtonReleaseEvent, vtkCommand::KeyReleaseEvent, vtkCommand::EndPinchEvent,
-      vtkCommand::EndRotateEvent, vtkCommand::EndPanEvent })
+  for (const unsigned long event : { vtkCommand::LeftButtonReleaseEvent,
+         vtkCommand::MiddleButtonReleaseEvent, vtkCommand::RightButtonReleaseEvent })
   {
     in.OfInteractor.push_back(interactor->AddObserver(event, released, BeforeOthers));
   }
@@ -169,8 +167,7 @@ void vtkProgressiveRefinement::SetEnabled(vtkTypeBool enabled)
   this->Modified();
   if (enabled)
   {
-    this->Internals->Began = Now();
-    this->Consider();
+    this->Restart();
   }
   else
   {
@@ -278,6 +275,13 @@ void vtkProgressiveRefinement::Consider()
   }
 }
 
+// The same without a new frame: its time begins anew.
+void vtkProgressiveRefinement::Restart()
+{
+  this->Internals->Began = Now();
+  this->Consider();
+}
+
 // A frame under way gives way to what the user does.
 void vtkProgressiveRefinement::OnAbortCheck(vtkObject*, unsigned long, void*)
 {
@@ -297,21 +301,17 @@ void vtkProgressiveRefinement::OnInteraction(vtkObject*, unsigned long event, vo
   this->Cancel();
   if (!held)
   {
-    // Wheels and keys have no end that is told, and needn't lead to a frame.
-    in.Began = Now();
-    this->Consider();
+    // Wheels, keys and gestures needn't lead to a frame.
+    this->Restart();
   }
 }
 
-void vtkProgressiveRefinement::OnRelease(vtkObject*, unsigned long event, void*)
+void vtkProgressiveRefinement::OnRelease(vtkObject*, unsigned long, void*)
 {
   vtkInternals& in = *this->Internals;
-  const bool held = event == vtkCommand::LeftButtonReleaseEvent ||
-    event == vtkCommand::MiddleButtonReleaseEvent || event == vtkCommand::RightButtonReleaseEvent;
-  if (held && in.Held > 0 && --in.Held == 0)
+  if (in.Held > 0 && --in.Held == 0)
   {
-    in.Began = Now();
-    this->Consider();
+    this->Restart();
   }
 }
 

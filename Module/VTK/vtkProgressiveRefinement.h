@@ -117,6 +117,7 @@ private:
   void OnRelease(vtkObject*, unsigned long, void*);
   bool OnTimer(vtkObject*, unsigned long, void*);
   void Consider();
+  void Restart();
 
   class vtkInternals;
   std::unique_ptr<vtkInternals> Internals;

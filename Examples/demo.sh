@@ -7,24 +7,29 @@
 #
 #   demo.sh [folder for the pictures]      default: build/demo
 #
-# TERAVOX_BUILD_DIR changes the build folder (default build/release).
+# TERAVOX_BUILD_DIR changes the build folder (default build/release). TERAVOX_PROGRAM is a program that
+# is there already: nothing is installed or built then.
 set -euo pipefail
 
 root=$(cd "$(dirname "$0")/.." && pwd)
 build=${TERAVOX_BUILD_DIR:-$root/build/release}
 out=${1:-$root/build/demo}
-mkdir -p "$build" "$out"
+mkdir -p "$out"
+[ -n "${TERAVOX_PROGRAM:-}" ] || mkdir -p "$build"
 out=$(cd "$out" && pwd)
 
-bash "$root/Examples/install-dependencies.sh" demo
+teravox=${TERAVOX_PROGRAM:-}
+if [ -z "$teravox" ]; then
+  bash "$root/Examples/install-dependencies.sh" demo
 
-echo "== Building"
-cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-  -DPython3_EXECUTABLE=/usr/bin/python3 \
-  -DTERAVOX_BUILD_TESTING="$([ -e "$build/CTestTestfile.cmake" ] && echo ON || echo OFF)" \
-  >"$out/configure.log" 2>&1 || { tail -40 "$out/configure.log"; exit 1; }
-cmake --build "$build" -j "$(nproc)" --target teravox -- --quiet
-teravox=$build/bin/teravox
+  echo "== Building"
+  cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+    -DPython3_EXECUTABLE=/usr/bin/python3 \
+    -DTERAVOX_BUILD_TESTING="$([ -e "$build/CTestTestfile.cmake" ] && echo ON || echo OFF)" \
+    >"$out/configure.log" 2>&1 || { tail -40 "$out/configure.log"; exit 1; }
+  cmake --build "$build" -j "$(nproc)" --target teravox -- --quiet
+  teravox=$build/bin/teravox
+fi
 
 # Draws without a screen where there is none.
 draw() {

@@ -17,13 +17,15 @@ set -euo pipefail
 build=(
   g++ cmake ninja-build pkg-config ccache
   libvtk9-dev python3-vtk9 python3-dev
-  libhdf5-dev libdeflate-dev liblz4-dev nlohmann-json3-dev
+  libhdf5-dev libdeflate-dev liblz4-dev liblzf-dev libzstd-dev libblosc-dev libaec-dev libtiff-dev zlib1g-dev
+  nlohmann-json3-dev libpugixml-dev
   libcli11-dev libfmt-dev)
 demo=(xvfb xauth libgl1-mesa-dri)
 optional=(mricron-data invesalius-examples)
 test=(
   git libgtest-dev glslang-tools clang-format-14 clang-tidy-14
-  python3-h5py python3-numpy hdf5-filter-plugin f3d)
+  python3-h5py python3-numpy python3-dask python3-tqdm python3-zarr python3-numcodecs
+  hdf5-filter-plugin hdf5-filter-plugin-blosc-serial f3d libopenmpi-dev openmpi-bin)
 
 case "${1:-test}" in
   build) wanted=("${build[@]}") optional=() ;;

@@ -58,6 +58,7 @@ Result<Loading> OpenLoading(const std::string& fileName, BenchFilter filter, int
 {
   HDF5OpenOptions options;
   options.DatasetPath = HasPyramid(filter) ? "" : DatasetOf(filter);
+  options.PreviewsFrom = HDF5OpenOptions::NoPreviews;
   auto source = HDF5BrickSource::Open(fileName, options);
   if (!source.Ok())
   {

@@ -170,11 +170,18 @@ public:
       Upper.empty() ? TruthLevelOfDetail(0) : TruthLevelOfDetail(Volume, Camera),
       scene.Shade ? &Headlight : nullptr, TruthTolerance, IdentityMatrix() }
   {
-    for (int y = every / 2; y < size[1]; y += every)
+    // Pixels may be interpolated between those at multiples of 2 and 4: all kinds are taken.
+    const int kinds = every % 2 == 0 ? std::min(every, 4) : 1;
+    for (int row = 0; row * every < size[1]; ++row)
     {
-      for (int x = every / 2; x < size[0]; x += every)
+      for (int column = 0; column * every < size[0]; ++column)
       {
-        this->Pixels.push_back({ x, y });
+        const int x = column * every + (every / 2 + row % kinds) % every;
+        const int y = row * every + (every / 2 + column % kinds) % every;
+        if (x < size[0] && y < size[1])
+        {
+          this->Pixels.push_back({ x, y });
+        }
       }
     }
     Fingerprint print;
@@ -183,7 +190,7 @@ public:
     print.AddAll(this->View);
     print.AddAll(this->Projection);
     print.AddAll(size);
-    print.Add(every);
+    print.Add(kinds == 1 ? every : -every);
     print.AddAll(scene.Opacity);
     print.AddAll(scene.Color);
     print.Add(scene.UnitDistance);

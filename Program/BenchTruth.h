@@ -34,7 +34,7 @@ enum class BenchLevels
   ByPixel
 };
 
-/// The reference integrator's picture of a scene, on every `every`-th pixel of each row and column.
+/// The reference integrator's picture of a scene, on one pixel of each square of `every` x `every`.
 /// What has been computed once is kept in a file. Requires: the volume outlives it.
 class BenchTruth
 {

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@ struct VolumeOptions
 {
   std::string Name;
   std::string Dataset;
+  int Channel = 0;                  ///< of a file; -1: all, as components
+  int TimePoint = 0;                ///< of a file
   Int3 Dimensions{ 256, 256, 256 }; ///< of a formula
   std::string Type = "u8";          ///< of a formula
   int BrickSize = 64;               ///< of what is drawn, whatever the chunks of a file
@@ -28,9 +31,21 @@ struct VolumeOptions
   Int3 Pitch{ 0, 0, 0 }; ///< voxels from copy to copy; 0: the size of the volume
 };
 
+/// What a file that is converted doesn't say itself.
+struct ImportOptions
+{
+  bool Raw = false; ///< voxels without a header, of the input's Dimensions and Type
+  int Components = 1;
+  std::optional<std::int64_t> Header; ///< bytes before the voxels; -1: these end the file
+  bool BigEndian = false;
+  std::optional<Double3> Spacing; ///< instead of the file's
+  std::optional<Double3> Origin;  ///< of the first voxel's centre
+};
+
 struct ConvertOptions
 {
-  VolumeOptions Input; ///< any image file, or a formula; not repeated
+  VolumeOptions Input; ///< any image file, folder or pattern, or a formula; not repeated
+  ImportOptions Import;
   std::string Output;
   std::string Array; ///< of an input with several; empty: its active scalars
   std::string Compression = "lz4";
@@ -39,6 +54,7 @@ struct ConvertOptions
   int BrickSize = 64;
   std::uint64_t Memory = std::uint64_t{ 1 } << 30;
   double FillValue = 0.0;
+  bool Resume = false; ///< go on from what an unfinished conversion left, and leave such things
   bool Quiet = false;
 };
 Status RunConvert(const ConvertOptions& options);
@@ -47,9 +63,18 @@ struct InfoOptions
 {
   std::string File;
   std::string Dataset;
+  int Channel = 0;
+  int TimePoint = 0;
   bool Json = false;
 };
 Status RunInfo(const InfoOptions& options);
+
+struct VerifyOptions
+{
+  VolumeOptions Volume; ///< a file
+  bool Quiet = false;
+};
+Status RunVerify(const VerifyOptions& options);
 
 struct PlanOptions
 {
@@ -159,7 +184,7 @@ struct BenchErrorOptions
   std::vector<double> FixedPointDistances{ 1, 0.5, 0.25 }; ///< of VTK's CPU mapper, in voxels
   std::array<int, 2> Size{ 512, 512 };
   int Frames = 5;
-  int Every = 4;      ///< the error is taken on every n-th pixel of each row and column
+  int Every = 4;      ///< the error is taken on one pixel of each n x n
   double Longest = 6; ///< seconds of a frame of VTK's beyond which no finer one is measured
   std::string Cache;  ///< folder of the truth; empty: computed again
   std::string Json;

@@ -2,18 +2,41 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "Commands.h"
 #include "Status.h"
+#include "VoxelReader.h"
 
+#include <cstdint>
+#include <memory>
 #include <string>
+#include <vector>
 #include <vtkAlgorithm.h>
 #include <vtkSmartPointer.h>
 
 namespace teravox::program
 {
 
-/// The reader for a file, by its extension: NIfTI, MetaImage, NRRD, VTK's own, TIFF, HDF5.
-/// Errors: no such file, an extension without a reader, a file that its reader refuses.
-Result<vtkSmartPointer<vtkAlgorithm>> OpenImage(
-  const std::string& fileName, const std::string& dataset);
+/// What `convert` reads: a reader of our own, which streams, or one of VTK's.
+struct ImageInput
+{
+  std::shared_ptr<VoxelReader> Reader;
+  vtkSmartPointer<vtkAlgorithm> Pipeline; ///< if there is no reader
+  std::vector<std::string> Files;         ///< that it is made of, as far as they are known
+  std::uint64_t ReaderBytes = 0;          ///< of memory that the reader takes
+};
+
+/// By extension: NIfTI, MetaImage, NRRD, TIFF and voxels without a header by our own readers, VTK's
+/// formats and whatever ours leave by VTK's; HDF5. A folder is a DICOM series, else a stack of TIFF
+/// files; so is a pattern.
+/// Errors: no such file, an extension without a reader, a file that its reader refuses;
+/// ResourceExhausted, if VTK reads the file as a whole and half of `memory` bytes isn't enough.
+Result<ImageInput> OpenImage(
+  const VolumeOptions& options, const ImportOptions& import, std::uint64_t memory);
+
+/// Is it voxels without a header, by its extension or because the user says so?
+bool IsRaw(const VolumeOptions& options, const ImportOptions& import);
+
+/// Is it by its extension an HDF5 file, or an XML file that names one?
+bool IsHDF5Name(const std::string& fileName);
 
 } // namespace teravox::program

@@ -9,15 +9,19 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <system_error>
+#include <utility>
 
 namespace teravox::program
 {
 namespace
 {
 
-nlohmann::ordered_json ToJson(const VolumeInfo& info, std::uint64_t fileBytes)
+nlohmann::ordered_json ToJson(
+  const VolumeInfo& info, const VolumeDescription& description, std::uint64_t fileBytes)
 {
   nlohmann::ordered_json json;
+  json["format"] = description.Format;
+  json["seen"] = description.Seen;
   json["name"] = info.Name;
   json["array"] = info.ArrayName;
   json["association"] = info.CellData ? "cells" : "points";
@@ -35,6 +39,21 @@ nlohmann::ordered_json ToJson(const VolumeInfo& info, std::uint64_t fileBytes)
   }
   json["histogram"] = info.Histogram;
   json["file_bytes"] = fileBytes;
+  json["unit"] = description.Unit;
+  json["times"] = description.Times;
+  for (const ChannelDescription& channel : description.Channels)
+  {
+    nlohmann::ordered_json entry{ { "name", channel.Name } };
+    if (channel.Color)
+    {
+      entry["color"] = *channel.Color;
+    }
+    if (channel.Display.IsKnown())
+    {
+      entry["display"] = { channel.Display.Min, channel.Display.Max };
+    }
+    json["channels"].push_back(std::move(entry));
+  }
   for (int level = 0; level < info.Layout.NumberOfLevels(); ++level)
   {
     json["levels"].push_back({ { "level", level }, { "dimensions", info.Layout.Dimensions(level) },
@@ -43,7 +62,24 @@ nlohmann::ordered_json ToJson(const VolumeInfo& info, std::uint64_t fileBytes)
   return json;
 }
 
-void Print(const VolumeInfo& info, std::uint64_t fileBytes)
+void PrintChannels(const VolumeDescription& description)
+{
+  for (std::size_t c = 0; c < description.Channels.size() && description.Channels.size() > 1; ++c)
+  {
+    const ChannelDescription& channel = description.Channels[c];
+    fmt::print("  channel {:<3} {}{}\n", c, channel.Name,
+      channel.Color ? fmt::format(", colour {} {} {}", (*channel.Color)[0], (*channel.Color)[1],
+                        (*channel.Color)[2])
+                    : std::string());
+  }
+  if (description.Times.size() > 1)
+  {
+    fmt::print("  time points {}, from {} to {}\n", description.Times.size(),
+      description.Times.front(), description.Times.back());
+  }
+}
+
+void Print(const VolumeInfo& info, const VolumeDescription& description, std::uint64_t fileBytes)
 {
   const Int3& size = info.Layout.Dimensions(0);
   const double voxels =
@@ -66,10 +102,15 @@ void Print(const VolumeInfo& info, std::uint64_t fileBytes)
   {
     fmt::print("  range       unknown\n");
   }
+  PrintChannels(description);
   for (int level = 0; level < info.Layout.NumberOfLevels(); ++level)
   {
     const Int3& dims = info.Layout.Dimensions(level);
     fmt::print("  level {:<5} {} x {} x {}\n", level, dims[0], dims[1], dims[2]);
+  }
+  for (const std::string& line : description.Seen)
+  {
+    fmt::print("  - {}\n", line);
   }
 }
 
@@ -79,6 +120,8 @@ Status RunInfo(const InfoOptions& options)
 {
   HDF5OpenOptions open;
   open.DatasetPath = options.Dataset;
+  open.Channel = options.Channel;
+  open.TimePoint = options.TimePoint;
   auto source = HDF5BrickSource::Open(options.File, open);
   if (!source.Ok())
   {
@@ -87,13 +130,16 @@ Status RunInfo(const InfoOptions& options)
   std::error_code error;
   const auto fileBytes = std::filesystem::file_size(options.File, error);
   const VolumeInfo& info = source.Value()->Info();
+  const VolumeDescription& description = source.Value()->Description();
   if (options.Json)
   {
-    fmt::print("{}\n", ToJson(info, error ? 0 : fileBytes).dump(2));
+    fmt::print("{}\n",
+      ToJson(info, description, error ? 0 : fileBytes)
+        .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   }
   else
   {
-    Print(info, error ? 0 : fileBytes);
+    Print(info, description, error ? 0 : fileBytes);
   }
   return {};
 }

@@ -16,13 +16,17 @@ namespace
 std::atomic<bool> Interrupted{ false };
 static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
 
-std::array<char, 4096> Unfinished{}; // a path; written before the handler is there
+// Paths; written before the handler is there.
+std::array<std::array<char, 4096>, 2> Unfinished{};
 
 extern "C" void OnInterrupt(int number)
 {
   if (Interrupted.exchange(true))
   {
-    ::unlink(Unfinished.data()); // one of the few calls that a handler may make
+    for (const auto& path : Unfinished)
+    {
+      ::unlink(path.data()); // one of the few calls that a handler may make
+    }
     std::signal(number, SIG_DFL);
     ::raise(number);
   }
@@ -30,11 +34,15 @@ extern "C" void OnInterrupt(int number)
 
 } // namespace
 
-void CatchInterrupts(const std::string& unfinished)
+void CatchInterrupts(const std::string& unfinished, const std::string& log)
 {
-  if (unfinished.size() < Unfinished.size())
+  const std::array<const std::string*, 2> paths{ &unfinished, &log };
+  for (std::size_t i = 0; i < paths.size(); ++i)
   {
-    std::copy(unfinished.begin(), unfinished.end(), Unfinished.begin());
+    if (paths.at(i)->size() < Unfinished.at(i).size())
+    {
+      std::copy(paths.at(i)->begin(), paths.at(i)->end(), Unfinished.at(i).begin());
+    }
   }
   for (const int number : { SIGINT, SIGTERM, SIGHUP })
   {

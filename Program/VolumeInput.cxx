@@ -59,6 +59,8 @@ Opened OpenFile(const VolumeOptions& options)
   reader->SetFileName(options.Name.c_str());
   reader->SetDatasetPath(options.Dataset.c_str());
   reader->SetBrickSize(options.BrickSize);
+  reader->SetChannel(options.Channel);
+  reader->SetTimePoint(options.TimePoint);
   return vtkSmartPointer<vtkBrickSourceAlgorithm>(reader.GetPointer());
 }
 

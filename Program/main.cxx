@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "ByteCount.h"
+#include "Arguments.h"
 #include "Commands.h"
 
 #include <CLI/CLI.hpp>
@@ -28,74 +28,28 @@ enum ExitCode
   WrongUsage = 2
 };
 
-/// An option that takes a number of bytes with a unit.
-CLI::Option* AddBytes(
-  CLI::App* app, const std::string& name, std::uint64_t& bytes, const std::string& description)
-{
-  return app
-    ->add_option_function<std::string>(
-      name,
-      [&bytes, name](const std::string& text)
-      {
-        const auto parsed = ParseByteCount(text);
-        if (!parsed)
-        {
-          throw CLI::ValidationError(
-            name, "'" + text + "' isn't a number of bytes such as 512M or 4G");
-        }
-        bytes = *parsed;
-      },
-      description)
-    ->type_name("BYTES");
-}
-
-using Run = std::function<Status()>;
-
-Run AddConvert(CLI::App& app)
-{
-  auto options = std::make_shared<ConvertOptions>();
-  CLI::App* command =
-    app.add_subcommand("convert", "Write a volume as an HDF5 pyramid, in bounded memory");
-  command
-    ->add_option("input", options->Input.Name,
-      "NIfTI, MetaImage, NRRD, VTK, TIFF or HDF5 file, or formula:NAME")
-    ->required()
-    ->type_name("IN");
-  command->add_option("output", options->Output, "HDF5 file to write")
-    ->required()
-    ->type_name("OUT.h5");
-  AddBytes(command, "--memory", options->Memory, "Memory to use; default 1G");
-  command->add_option(
-    "--brick", options->BrickSize, "Edge of a stored chunk in voxels; default 64");
-  command->add_option("--compression", options->Compression, "none, deflate or lz4; default lz4")
-    ->check(CLI::IsMember({ "none", "deflate", "lz4" }));
-  command
-    ->add_option(
-      "--level", options->CompressionLevel, "Effort of the compression, 1 (fast) to 12 (small)")
-    ->check(CLI::Range(0, 12));
-  command
-    ->add_option("--downsampling", options->Downsampling,
-      "How coarser levels are made: average, or mode for labels; default average")
-    ->check(CLI::IsMember({ "average", "mode" }));
-  command->add_option("--fill", options->FillValue, "Value that needn't be stored; default 0");
-  command->add_option("--array", options->Array, "Array of the input; default its active scalars");
-  command->add_option("--dataset", options->Input.Dataset, "Dataset of an HDF5 input");
-  command->add_option(
-    "--dimensions", options->Input.Dimensions, "Voxels of a formula; default 256 256 256");
-  command->add_option("--type", options->Input.Type, "Scalar type of a formula; default u8");
-  command->add_flag("--quiet", options->Quiet, "Print errors only");
-  return [options] { return RunConvert(*options); };
-}
-
 Run AddInfo(CLI::App& app)
 {
   auto options = std::make_shared<InfoOptions>();
-  CLI::App* command =
-    app.add_subcommand("info", "Tell what an HDF5 file has, without reading voxels");
+  CLI::App* command = app.add_subcommand(
+    "info", "Tell what an HDF5 file has and how it is understood, without reading voxels");
   command->add_option("file", options->File, "HDF5 file")->required()->type_name("FILE");
-  command->add_option("--dataset", options->Dataset, "Dataset in the file; default its pyramid");
+  AddSelection(command, options->Dataset, options->Channel, options->TimePoint);
   command->add_flag("--json", options->Json, "Print JSON");
   return [options] { return RunInfo(*options); };
+}
+
+Run AddVerify(CLI::App& app)
+{
+  auto options = std::make_shared<VerifyOptions>();
+  CLI::App* command = app.add_subcommand("verify",
+    "Read all of an HDF5 file: does every chunk decode, do levels agree with each other, and "
+    "voxels with the ranges");
+  command->add_option("file", options->Volume.Name, "HDF5 file")->required()->type_name("FILE");
+  AddSelection(
+    command, options->Volume.Dataset, options->Volume.Channel, options->Volume.TimePoint);
+  command->add_flag("--quiet", options->Quiet, "Print what is wrong only");
+  return [options] { return RunVerify(*options); };
 }
 
 Run AddPlan(CLI::App& app)
@@ -155,7 +109,7 @@ void AddVolume(CLI::App* command, VolumeOptions& volume)
       "HDF5 file, or formula:NAME with constant, ramp, shells, marschner-lobb or sponge")
     ->required()
     ->type_name("FILE");
-  command->add_option("--dataset", volume.Dataset, "Dataset in the file; default its pyramid");
+  AddSelection(command, volume.Dataset, volume.Channel, volume.TimePoint);
   command->add_option(
     "--dimensions", volume.Dimensions, "Voxels of a formula; default 256 256 256");
   command->add_option("--type", volume.Type, "Scalar type of a formula; default u8");
@@ -257,7 +211,7 @@ Run AddError(CLI::App* bench)
     ->check(CLI::Range(1, 1000));
   command
     ->add_option("--every", options->Every,
-      "Take the error on each n-th pixel of each n-th row; default 4, 1 for all pixels")
+      "Take the error on one pixel of each n x n; default 4, 1 for all pixels")
     ->check(CLI::Range(1, 16));
   command
     ->add_option("--longest", options->Longest,
@@ -417,11 +371,13 @@ int main(int argc, char** argv)
     commands["info"] = AddInfo(app);
     commands["plan"] = AddPlan(app);
     commands["render"] = AddRender(app);
+    commands["verify"] = AddVerify(app);
     commands["bench"] = AddBench(app);
     if (argc > 1 && argv[1][0] != '-' && commands.count(argv[1]) == 0)
     {
       fmt::print(stderr,
-        "teravox: '{}' is no command; there are bench, convert, info, plan and render.\n", argv[1]);
+        "teravox: '{}' is no command; there are bench, convert, info, plan, render and verify.\n",
+        argv[1]);
       return WrongUsage;
     }
     try

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// Where each ray runs: an interval of view depth per pixel, from the box of the volume, the near
-// plane, the clipping planes and the depth of opaque geometry. The marcher only reads it.
+// Where each ray runs: an interval of view depth per pixel, from the box of the volume, the block of
+// it that is drawn, the near plane, the clipping planes and the depth of opaque geometry. The
+// marcher only reads it.
 #include "Shared/Layout.glsl"
 #include "Variant.glsl"
 #include "Library/Bindings.glsl"
@@ -9,6 +10,8 @@
 
 uniform vec3 u_boxLow; // anchored corner coordinates of level 0
 uniform vec3 u_boxHigh;
+uniform vec3 u_blockLow; // likewise
+uniform vec3 u_blockHigh;
 uniform vec2 u_nearFar;       // view depths
 uniform int u_hasSlice; // positions hold, as floats, the depth at which a ray meets the slice
 uniform int u_planeCount;
@@ -34,8 +37,13 @@ void main()
   vec3 b = (u_boxHigh - ray.origin) * ray.inverse;
   float first = max(Maximum(min(a, b)), u_nearFar.x);
   float last = min(Minimum(max(a, b)), u_nearFar.y);
-  // VTK's headlight doesn't know of clipping planes.
+  // VTK's headlight doesn't know of clipping planes, nor of blocks.
   float lit = first;
+  // Faces of a block are met at the depths at which those of bricks are (FaceDepths).
+  precise vec3 low = (u_blockLow - ray.origin) * ray.inverse;
+  precise vec3 high = (u_blockHigh - ray.origin) * ray.inverse;
+  first = max(first, Maximum(min(low, high)));
+  last = min(last, Minimum(max(low, high)));
   vec3 place = vec3(1.0, gl_FragCoord.xy);
   for (int i = 0; i < u_planeCount; ++i)
   {

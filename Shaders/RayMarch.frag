@@ -10,6 +10,7 @@
 #include "Library/Transfer.glsl"
 #include "Library/Atlas.glsl"
 #include "Library/Shade.glsl"
+#include "Library/GradientOpacity.glsl"
 #include "Library/Segments.glsl"
 #if TERAVOX_BLEND
 #include "Library/Projection.glsl"
@@ -33,6 +34,7 @@
 #include "Library/MarchLinear.glsl"
 #endif
 
+#include "Library/DrawFound.glsl"
 #include "Library/StoreRay.glsl"
 const int STATUS_NEW = 0;
 const int STATUS_RUNNING = 1;
@@ -183,19 +185,11 @@ void main()
 #if TERAVOX_SHOW_LEVEL
         float before = state.transmittance;
 #endif
-        if (found.kind == FOUND_MAPPED)
-        {
-          BrickView view = ViewBrick(ray, drawnLevel, drawnBrick, found.slot);
-          IntegrateBrick(state, ray, view, drawnLevel, t0, t1);
-        }
-        else if (found.kind == FOUND_SINGLE)
-        {
-#if TERAVOX_BLEND
-          ProjectConstant(state, ray, TransferPosition(found.low, found.high), t0, t1);
+#if TERAVOX_FIRST_HIT
+        DrawAndSearch(state, ray, found, drawnLevel, drawnBrick, t0, t1);
 #else
-          IntegrateConstant(state, ray, TransferPosition(found.low, found.high), t0, t1);
+        DrawFound(state, ray, found, drawnLevel, drawnBrick, t0, t1);
 #endif
-        }
 #if TERAVOX_ESTIMATE
         if (substituted && !waiting && t1 > t0)
         {

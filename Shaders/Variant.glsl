@@ -23,6 +23,9 @@
 #ifndef TERAVOX_LIGHTS
 #define TERAVOX_LIGHTS 0 // other lights than one headlight
 #endif
+#ifndef TERAVOX_GRADIENT_OPACITY
+#define TERAVOX_GRADIENT_OPACITY 0 // extinction times a function of the gradient's magnitude
+#endif
 #ifndef TERAVOX_INTERACTIVE
 #define TERAVOX_INTERACTIVE 0 // draw the finest resident ancestor of a missing brick; else wait
 #endif
@@ -35,6 +38,9 @@
 #ifndef TERAVOX_ESTIMATE
 #define TERAVOX_ESTIMATE 0 // estimate the error of each pixel
 #endif
+#ifndef TERAVOX_FIRST_HIT
+#define TERAVOX_FIRST_HIT 0 // keep where a ray's opacity becomes what is looked for
+#endif
 #ifndef TERAVOX_SUBSTITUTE
 #define TERAVOX_SUBSTITUTE 1 // some bricks can't be read: draw their finest readable ancestor
 #endif
@@ -44,6 +50,16 @@
 #ifndef TERAVOX_BLEND
 #define TERAVOX_BLEND 0 // what a ray makes of the field; 0: composite blending
 #endif
+#ifndef TERAVOX_COMPONENTS
+#define TERAVOX_COMPONENTS 0 // of a voxel, 2 to 4; 0: one
+#endif
+#ifndef TERAVOX_MASK
+#define TERAVOX_MASK 0 // slots hold a mask behind the voxels; composite blending of one component
+#endif
+#ifndef TERAVOX_DEPENDENT
+#define TERAVOX_DEPENDENT 0 // the last of them has the opacity, the others the colour
+#endif
+#define COMPONENTS_RGBA 4 // of dependent ones: red, green, blue, opacity; of two: colour, opacity
 #define BLEND_MAXIMUM 1
 #define BLEND_MINIMUM 2
 #define BLEND_AVERAGE 3

@@ -4,7 +4,8 @@
 #
 # Installs what is missing, builds, and runs all tests:
 #
-#   run.sh            checks of the sources, sanitizer builds of the tests without OpenGL, all tests
+#   run.sh            packages, checks of the sources, the ParaView plugin, sanitizer builds of the
+#                     tests without OpenGL, all tests
 #   run.sh --quick    all tests only
 #
 # Build folders lie in build/ (TERAVOX_BUILD_DIR changes that). Ends with CTest's summary of all
@@ -54,14 +55,18 @@ fixed_addresses() {
   fi
 }
 
+run_tests() { # run_tests <ctest command>...: lines of tests that start and pass are left out
+  "$@" -j "$jobs" --output-on-failure --no-tests=error --timeout 900 |
+    { grep -v -e ' Passed ' -e '^ *Start ' || true; }
+}
+
 sanitized_tests() { # sanitized_tests <sanitizers> <folder> <labels> <targets>...
   local sanitizers=$1 folder=$2 labels=$3
   shift 3
   configure "$folder" -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -g" \
     -DTERAVOX_BUILD_VTK=OFF -DTERAVOX_SANITIZE="$sanitizers" -DTERAVOX_WARNINGS_AS_ERRORS=OFF &&
     cmake --build "$folder" -j "$jobs" --target "$@" -- --quiet &&
-    (cd "$folder" && fixed_addresses ctest -j "$jobs" -L "$labels" --output-on-failure --no-tests=error \
-      --timeout 900 | grep -v ' Passed ')
+    (cd "$folder" && run_tests fixed_addresses ctest -L "$labels")
 }
 
 mkdir -p "$build"
@@ -77,6 +82,8 @@ if [ "${#failed[@]}" -gt 0 ]; then
 fi
 
 if [ "$quick" = no ]; then
+  stage "Packages" xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" \
+    bash "$root/Testing/packages.sh" "$build/release"
   # clang-tidy on all sources takes longer than everything else together: here on Core only, the rest
   # by hand (Testing/lint.sh build/release).
   TERAVOX_TIDY='^Module/Core/' stage "Checks of the sources" \
@@ -85,23 +92,24 @@ if [ "$quick" = no ]; then
   export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
   # A race stops the test; OpenMP's own runtime isn't instrumented, hence one thread for it.
   export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1
+  stage "ParaView plugin" env TERAVOX_JOBS="$jobs" bash "$root/Testing/plugin.sh" "$build/paraview"
   # Some tests take fewer steps in these builds: Testing/Support/Effort.h.
   stage "Address and undefined-behaviour sanitizers" \
-    sanitized_tests address,undefined "$build/asan" "^(core|native|source|truth)$" \
-    TestCore TestNative TestPyramids TestSource TestTruth WritePyramidSamples
+    sanitized_tests address,undefined "$build/asan" "^(core|fuzz|native|source|truth)$" \
+    FuzzChunk FuzzFile FuzzXml TestCore TestNative TestPyramids TestSource TestTruth \
+    WritePyramidSamples
   OMP_NUM_THREADS=1 stage "Thread sanitizer" \
     sanitized_tests thread "$build/tsan" "^(core|native|source)$" \
     TestCore TestNative TestPyramids TestSource WritePyramidSamples
 fi
 
+all_tests() {
+  cd "$build/release" &&
+    run_tests xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" ctest -LE bench
+}
+stage "All tests" all_tests
+
 if [ "${#failed[@]}" -gt 0 ]; then
-  printf '== FAILED before the tests: %s\n' "${failed[@]}"
+  printf '== FAILED: %s\n' "${failed[@]}"
+  exit 1
 fi
-echo "== All tests"
-cd "$build/release"
-set +e
-xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" \
-  ctest --output-on-failure --no-tests=error -LE bench --timeout 900
-result=$?
-set -e
-[ "$result" -eq 0 ] && [ "${#failed[@]}" -eq 0 ]

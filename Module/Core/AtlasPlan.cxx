@@ -23,11 +23,17 @@ std::uint32_t PageBlocksFor(const PyramidLayout& layout, std::uint32_t slots)
   return std::max<std::uint32_t>({ 64, slots / 96, 4 * chain });
 }
 
+std::uint64_t SlotTableBytesOf(const AtlasRequest& request, std::uint32_t slots)
+{
+  return request.SlotTable ? std::uint64_t{ slots } * request.Components * SlotTableEntryBytes : 0;
+}
+
 AtlasPlan Complete(
   const PyramidLayout& layout, const AtlasRequest& request, const Int3& perAxis, const Int3& size)
 {
   AtlasPlan plan;
   plan.SlotsPerAxis = perAxis;
+  plan.Components = request.Components;
   plan.AtlasSize = size;
   plan.Slots = static_cast<std::uint32_t>(
     std::min<std::int64_t>(perAxis[0] * perAxis[1] * perAxis[2], request.MaximumSlots));
@@ -40,7 +46,7 @@ AtlasPlan Complete(
   plan.DirectoryBytes = static_cast<std::uint64_t>(layout.DirectoryEntries()) * sizeof(PageEntry);
   plan.PageBlockBytes =
     std::uint64_t{ plan.PageBlocks } * PageTable::EntriesPerBlock * sizeof(PageEntry);
-  plan.SlotTableBytes = request.SlotTable ? plan.Slots * SlotTableEntryBytes : 0;
+  plan.SlotTableBytes = SlotTableBytesOf(request, plan.Slots);
   plan.FeedbackBytes = 4 *
     (std::uint64_t{ FeedbackHeaderWords } +
       std::uint64_t{ RequestTableEntries } * RequestTableWords + plan.Slots + plan.PageBlocks);
@@ -87,10 +93,11 @@ AtlasPlan PlanTexture(
 {
   const std::int64_t edge = layout.StoredSize();
   const std::int64_t most = request.MaximumTextureSize / edge;
+  const std::int64_t mostDeep = most / static_cast<std::int64_t>(request.Components);
   fits = false;
   AtlasPlan best;
   AtlasPlan least;
-  for (std::int64_t z = 1; z <= most; ++z)
+  for (std::int64_t z = 1; z <= mostDeep; ++z)
   {
     for (std::int64_t y = z; y <= most; ++y)
     {
@@ -128,7 +135,8 @@ AtlasPlan PlanTexture(
 AtlasRequest AtlasRequest::For(const TexelFormat& format, int components, int width, int height)
 {
   AtlasRequest request;
-  request.BytesPerTexel = format.BytesPerTexel * static_cast<std::uint32_t>(components);
+  request.Components = static_cast<std::uint32_t>(components);
+  request.BytesPerTexel = format.BytesPerTexel * request.Components;
   request.SlotTable = format.Relative;
   request.ReservedBytes = PictureBytes(width, height) + TableBytesReserved;
   return request;
@@ -168,7 +176,7 @@ Result<AtlasPlan> PlanAtlas(const PyramidLayout& layout, const AtlasRequest& req
         std::to_string(plan.TotalBytes() + request.ReservedBytes) + " bytes.");
   }
   plan.Slots = static_cast<std::uint32_t>(std::min<std::int64_t>(plan.Slots, useful));
-  plan.SlotTableBytes = request.SlotTable ? plan.Slots * SlotTableEntryBytes : 0;
+  plan.SlotTableBytes = SlotTableBytesOf(request, plan.Slots);
   return plan;
 }
 

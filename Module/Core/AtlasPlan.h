@@ -16,9 +16,12 @@ namespace teravox
 struct AtlasPlan
 {
   Int3 SlotsPerAxis{ 0, 0, 0 };
-  Int3 AtlasSize{ 0, 0, 0 }; ///< texels
+  Int3 AtlasSize{ 0, 0, 0 }; ///< voxels
   /// Slots lie one after the other in the memory of the host, for the native marcher.
   bool Native = false;
+  /// Of a voxel, its mask included. A slot holds one volume of texels (and of ranges of cells) per
+  /// component, in a texture one behind the other along z.
+  std::uint32_t Components = 1;
   std::uint32_t Slots = 0;      ///< at most SlotsPerAxis[0]*[1]*[2]
   std::uint32_t PageBlocks = 0; ///< blocks in the pool
   std::uint64_t AtlasBytes = 0;
@@ -26,7 +29,7 @@ struct AtlasPlan
   std::uint64_t OccupancyBytes = 0; ///< native marcher: two bits per cell, a version per slot
   std::uint64_t DirectoryBytes = 0;
   std::uint64_t PageBlockBytes = 0;
-  std::uint64_t SlotTableBytes = 0; ///< value offset and scale per slot
+  std::uint64_t SlotTableBytes = 0; ///< value offset and scale per slot and component
   std::uint64_t FeedbackBytes = 0;  ///< request table and stamps
 
   /// What address translation needs: directory, page blocks and the table of slots.
@@ -48,9 +51,10 @@ inline constexpr int MacroEdge = 4;
 
 struct AtlasRequest
 {
-  std::uint64_t BudgetBytes = 0;          ///< for everything in TotalBytes() and what is reserved
-  std::uint64_t ReservedBytes = 0;        ///< ray states, transfer tables
-  std::uint32_t BytesPerTexel = 1;        ///< of the atlas texture, all components
+  std::uint64_t BudgetBytes = 0;   ///< for everything in TotalBytes() and what is reserved
+  std::uint64_t ReservedBytes = 0; ///< ray states, transfer tables
+  std::uint32_t BytesPerTexel = 1; ///< of the atlas, all components
+  std::uint32_t Components = 1;
   bool SlotTable = false;                 ///< wide types are stored relative to their brick
   std::int64_t MaximumTextureSize = 2048; ///< texels per axis of a 3-D texture
   bool Native = false; ///< for the native marcher: in the memory of the host, of any size

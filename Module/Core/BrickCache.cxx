@@ -93,8 +93,10 @@ void BrickCache::Commit(const BrickKey& key, CacheItem item, std::uint64_t reser
   {
     this->EraseEntry(old->second);
   }
-  this->Order.push_back(Entry{ key, std::move(item), bytes });
-  this->Index.emplace(key, std::prev(this->Order.end()));
+  Entries made; // where there is no memory for it, nothing else has happened
+  made.push_back(Entry{ key, std::move(item), bytes });
+  this->Index.emplace(key, made.begin());
+  this->Order.splice(this->Order.end(), made);
   this->Reserved -= reserved;
   this->Used += bytes;
   this->UpdatePeak();
@@ -187,13 +189,12 @@ std::vector<BrickKey> BrickCache::Keys() const
 
 void BrickCache::DropReleasedOrphans()
 {
-  const auto released = std::partition(this->Orphans.begin(), this->Orphans.end(),
-    [](const Entry& entry) { return entry.Item.IsHeldOutside(); });
-  for (auto entry = released; entry != this->Orphans.end(); ++entry)
+  for (auto entry = this->Orphans.begin(); entry != this->Orphans.end();)
   {
-    this->Used -= entry->Bytes;
+    const bool held = entry->Item.IsHeldOutside();
+    this->Used -= held ? 0 : entry->Bytes;
+    entry = held ? std::next(entry) : this->Orphans.erase(entry);
   }
-  this->Orphans.erase(released, this->Orphans.end());
 }
 
 bool BrickCache::CanEvictDownTo(std::uint64_t limit) const
@@ -221,17 +222,16 @@ void BrickCache::EvictDownTo(std::uint64_t limit)
   }
 }
 
+// Needs no memory.
 void BrickCache::EraseEntry(Entries::iterator entry)
 {
   this->Index.erase(entry->Key);
   if (entry->Item.IsHeldOutside())
   {
-    this->Orphans.push_back(std::move(*entry));
+    this->Orphans.splice(this->Orphans.end(), this->Order, entry);
+    return;
   }
-  else
-  {
-    this->Used -= entry->Bytes;
-  }
+  this->Used -= entry->Bytes;
   this->Order.erase(entry);
 }
 

@@ -70,7 +70,8 @@ public:
   /// Gives back a reservation that wasn't used.
   void Release(std::uint64_t bytes);
   /// Turns a reservation into an item, the most recently used. An item of the same key is replaced.
-  /// Requires: item.Bytes() <= reserved.
+  /// Requires: item.Bytes() <= reserved. Throws std::bad_alloc, and has changed nothing but the old
+  /// item then.
   void Commit(const BrickKey& key, CacheItem item, std::uint64_t reserved);
 
   /// The item, which becomes the most recently used; counts a hit or a miss.
@@ -111,7 +112,7 @@ private:
   std::uint64_t Evictions = 0;
   Entries Order; // least recently used first
   std::unordered_map<BrickKey, Entries::iterator, BrickKeyHash> Index;
-  std::vector<Entry> Orphans; // erased while held outside
+  Entries Orphans; // erased while held outside
 };
 
 } // namespace teravox

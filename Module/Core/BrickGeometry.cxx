@@ -81,6 +81,12 @@ std::uint64_t BrickVoxelBytes(const VolumeInfo& info)
   return edge * edge * edge * static_cast<std::uint64_t>(info.Components) * SizeOf(info.Type);
 }
 
+std::uint64_t BrickMaskBytes(const VolumeInfo& info)
+{
+  const auto edge = static_cast<std::uint64_t>(info.Layout.StoredSize());
+  return info.Masked ? edge * edge * edge : 0;
+}
+
 std::shared_ptr<Brick> MakeEmptyBrick(const VolumeInfo& info)
 {
   auto brick = std::make_shared<Brick>();

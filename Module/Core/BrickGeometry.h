@@ -49,8 +49,9 @@ std::string Subject(const BrickKey& key, const VolumeInfo& info);
 /// Whether the volume has this brick or region; else InvalidArgument.
 Status CheckKey(const BrickKey& key, const VolumeInfo& info);
 
-/// Bytes of the voxels of a stored brick.
+/// Bytes of the voxels of a stored brick, and of its mask.
 std::uint64_t BrickVoxelBytes(const VolumeInfo& info);
+std::uint64_t BrickMaskBytes(const VolumeInfo& info);
 
 /// A brick of the right shape whose voxels are 0.
 std::shared_ptr<Brick> MakeEmptyBrick(const VolumeInfo& info);

@@ -3,6 +3,7 @@
 #include "BrickLoader.h"
 
 #include "BrickGeometry.h"
+#include "WaitScope.h"
 
 #include <algorithm>
 #include <cassert>
@@ -25,7 +26,8 @@ constexpr std::chrono::milliseconds RoomPollInterval{ 2 };
 Status CheckBrick(const BrickPointer& brick, const BrickKey& key, const VolumeInfo& info)
 {
   if (!brick || brick->Type != info.Type || brick->Components != info.Components ||
-    brick->StoredSize != info.Layout.StoredSize() || brick->Voxels.size() != BrickVoxelBytes(info))
+    brick->StoredSize != info.Layout.StoredSize() ||
+    brick->Voxels.size() != BrickVoxelBytes(info) || brick->Mask.size() != BrickMaskBytes(info))
   {
     return Status(StatusCode::Corrupt,
       "The source delivered " + std::to_string(brick ? brick->Voxels.size() : 0) +
@@ -98,8 +100,9 @@ LoadResult Read(BrickSource& source, const BrickKey& key)
 
 std::uint64_t BrickLoader::ChargeOf(const BrickKey& key, const VolumeInfo& info)
 {
-  return CacheItem::Charge(key.PageLevel == 0 ? BrickVoxelBytes(info) + sizeof(Brick)
-                                              : RangesPerBlock * sizeof(ValueRange));
+  return CacheItem::Charge(key.PageLevel == 0
+      ? BrickVoxelBytes(info) + BrickMaskBytes(info) + sizeof(Brick)
+      : RangesPerBlock * sizeof(ValueRange));
 }
 
 BrickLoader::BrickLoader(
@@ -120,20 +123,28 @@ BrickLoader::BrickLoader(
 
 BrickLoader::~BrickLoader()
 {
-  {
-    const std::lock_guard<std::mutex> lock(this->Mutex);
-    this->Stop = true;
-    this->Queue.Clear();
-  }
-  this->WorkChanged.notify_all();
-  this->FinishedChanged.notify_all();
+  this->EndWithin(0);
+  const WaitScope waiting; // for reads under way
   for (std::thread& thread : this->Threads)
   {
     thread.join();
   }
 }
 
-void BrickLoader::SetSource(std::uint32_t volume, std::shared_ptr<BrickSource> source)
+bool BrickLoader::EndWithin(double seconds)
+{
+  const WaitScope waiting; // before the lock is taken: it ends after the lock is released
+  std::unique_lock<std::mutex> lock(this->Mutex);
+  this->Stop = true;
+  this->Queue.Clear();
+  this->WorkChanged.notify_all();
+  this->FinishedChanged.notify_all();
+  return this->FinishedChanged.wait_for(
+    lock, std::chrono::duration<double>(seconds), [this] { return this->Running == 0; });
+}
+
+void BrickLoader::SetSource(
+  std::uint32_t volume, std::shared_ptr<BrickSource> source, bool keepCached)
 {
   std::shared_ptr<BrickSource> old; // dies after the lock is released: its destructor may be slow
   {
@@ -146,7 +157,10 @@ void BrickLoader::SetSource(std::uint32_t volume, std::shared_ptr<BrickSource> s
       this->FinishedKeys.erase(result->Key);
     }
     this->Finished.erase(dropped, this->Finished.end());
-    this->Cache_->EraseVolume(volume);
+    if (!keepCached)
+    {
+      this->Cache_->EraseVolume(volume);
+    }
     const auto found = this->Sources.find(volume);
     if (found != this->Sources.end())
     {
@@ -212,6 +226,7 @@ bool BrickLoader::WaitFinished(double seconds)
   constexpr double year = 365.0 * 24 * 3600;
   // NaN waits for nothing.
   const double limit = seconds > 0 ? std::min(seconds, year) : 0.0;
+  const WaitScope waiting; // before the lock is taken: it ends after the lock is released
   std::unique_lock<std::mutex> lock(this->Mutex);
   return this->FinishedChanged.wait_for(lock, std::chrono::duration<double>(limit),
     [&] {
@@ -234,12 +249,35 @@ BrickLoader::Counters BrickLoader::GetCounters() const
 void BrickLoader::Work()
 {
   std::unique_lock<std::mutex> lock(this->Mutex);
-  while (const std::optional<Job> job = this->TakeJob(lock))
+  while (true)
   {
+    std::optional<Job> job;
+    try
+    {
+      job = this->TakeJob(lock);
+    }
+    catch (const std::bad_alloc&)
+    {
+      this->FinishedChanged.notify_all();
+      this->WorkChanged.wait_for(lock, RoomPollInterval);
+      continue;
+    }
+    if (!job)
+    {
+      return;
+    }
     ++this->Running;
     this->BytesInFlight_ += job->Bytes;
     lock.unlock();
-    LoadResult result = Read(*job->Source, job->Flight.Request.Key);
+    std::optional<LoadResult> result;
+    try
+    {
+      result = Read(*job->Source, job->Flight.Request.Key);
+    }
+    catch (const std::exception&)
+    {
+      // Not even memory to say so.
+    }
     lock.lock();
     --this->Running;
     this->BytesInFlight_ -= job->Bytes;
@@ -261,17 +299,25 @@ std::optional<BrickLoader::Job> BrickLoader::TakeJob(std::unique_lock<std::mutex
     Job job;
     job.Flight = *this->Queue.Pop();
     const BrickKey& key = job.Flight.Request.Key;
-    if (this->FinishWithoutReading(job))
+    try
     {
-      this->FinishedChanged.notify_all();
-      continue;
+      if (this->FinishWithoutReading(job))
+      {
+        this->FinishedChanged.notify_all();
+        continue;
+      }
+      if (this->ReserveFor(job.Bytes))
+      {
+        ++(key.PageLevel == 0 ? this->Counts.BricksRead : this->Counts.PageBlocksRead);
+        return job;
+      }
+      this->Queue.PutBack(job.Flight);
     }
-    if (this->ReserveFor(job.Bytes))
+    catch (const std::bad_alloc&)
     {
-      ++(key.PageLevel == 0 ? this->Counts.BricksRead : this->Counts.PageBlocksRead);
-      return job;
+      this->Queue.Finish(job.Flight); // as if it had not been asked for
+      throw;
     }
-    this->Queue.PutBack(job.Flight);
     this->WorkChanged.wait_for(lock, RoomPollInterval);
   }
 }
@@ -338,37 +384,54 @@ bool BrickLoader::ReserveFor(std::uint64_t bytes)
   return true;
 }
 
-void BrickLoader::FinishJob(const Job& job, LoadResult result)
+// Without a result, or without memory to hand it on, it is as if the brick had not been asked for:
+// who waits for it asks again.
+void BrickLoader::FinishJob(const Job& job, std::optional<LoadResult> result)
 {
-  const bool wanted = this->Queue.IsInFlight(job.Flight);
-  if (!wanted || !result.Outcome)
+  bool reserved = true;
+  if (result && this->Queue.IsInFlight(job.Flight))
   {
-    result.Brick.reset();
-    result.Ranges.reset();
-    this->Cache_->Release(job.Bytes);
-  }
-  if (!wanted)
-  {
-    return;
+    try
+    {
+      if (result->Outcome)
+      {
+        const CacheItem item{ result->Brick, result->Ranges };
+        this->Cache_->Commit(result->Key, item, job.Bytes);
+        reserved = false;
+        this->Counts.BytesDecoded += item.Bytes() - CacheItem::Overhead;
+      }
+      else
+      {
+        ++this->Counts.Failures;
+      }
+      this->Publish(std::move(*result));
+    }
+    catch (const std::bad_alloc&)
+    {
+      ++this->Counts.Failures;
+    }
   }
   this->Queue.Finish(job.Flight);
-  if (result.Outcome)
+  if (reserved)
   {
-    const CacheItem item{ result.Brick, result.Ranges };
-    this->Counts.BytesDecoded += item.Bytes() - CacheItem::Overhead;
-    this->Cache_->Commit(result.Key, item, job.Bytes);
+    result.reset(); // its memory goes before its reservation
+    this->Cache_->Release(job.Bytes);
   }
-  else
-  {
-    ++this->Counts.Failures;
-  }
-  this->Publish(std::move(result));
 }
 
 void BrickLoader::Publish(LoadResult result)
 {
-  this->FinishedKeys.insert(result.Key);
+  const BrickKey key = result.Key;
   this->Finished.push_back(std::move(result));
+  try
+  {
+    this->FinishedKeys.insert(key);
+  }
+  catch (const std::bad_alloc&)
+  {
+    this->Finished.pop_back();
+    throw;
+  }
 }
 
 std::uint64_t BrickLoader::Headroom() const

@@ -60,13 +60,17 @@ public:
   BrickLoader& operator=(const BrickLoader&) = delete;
   BrickLoader(BrickLoader&&) = delete;
   BrickLoader& operator=(BrickLoader&&) = delete;
-  /// Running reads finish first; queued wishes are dropped.
+  /// Running reads finish first; queued wishes are dropped. See EndOrLeave().
   ~BrickLoader();
+  /// Begins no other read, and waits for those that are under way; false after `seconds`. Requires:
+  /// nothing but the destructor is called afterwards.
+  bool EndWithin(double seconds);
 
   /// Gives a volume its source; null removes it. What was queued, read, finished or cached of the
-  /// source before is dropped. Doesn't wait for running reads; they hold their source until they
-  /// end.
-  void SetSource(std::uint32_t volume, std::shared_ptr<BrickSource> source);
+  /// source before is dropped; with `keepCached` the cache stays as it is, for a source that gives
+  /// the same bricks. Doesn't wait for running reads; they hold their source until they end.
+  void SetSource(
+    std::uint32_t volume, std::shared_ptr<BrickSource> source, bool keepCached = false);
   /// Replaces the wishes that weren't started. Cached items finish at once.
   void Request(std::vector<LoadRequest> wishes);
   /// What finished since the last call, in any order. Doesn't block.
@@ -98,7 +102,7 @@ private:
   std::optional<Job> TakeJob(std::unique_lock<std::mutex>& lock);
   bool FinishWithoutReading(Job& job);
   bool ReserveFor(std::uint64_t bytes);
-  void FinishJob(const Job& job, LoadResult result);
+  void FinishJob(const Job& job, std::optional<LoadResult> result);
   void Publish(LoadResult result);
   std::uint64_t Headroom() const;
 

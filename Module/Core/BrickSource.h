@@ -8,6 +8,7 @@
 #include "Types.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,8 +25,13 @@ struct Brick
   int Components = 1;
   int StoredSize = 0;
   std::vector<std::byte> Voxels;
+  /// Of volumes with a mask one value per voxel: 0 where nothing is drawn, else 1.
+  std::vector<std::uint8_t> Mask;
 
-  std::size_t SizeInBytes() const { return this->Voxels.size() + sizeof(Brick); }
+  std::size_t SizeInBytes() const
+  {
+    return this->Voxels.size() + this->Mask.size() + sizeof(Brick);
+  }
 };
 using BrickPointer = std::shared_ptr<const Brick>;
 
@@ -37,6 +43,7 @@ struct VolumeInfo
   int Components = 1;
   int TimeSteps = 1;
   bool Labels = false; ///< nearest interpolation, levels by mode
+  bool Masked = false; ///< bricks have a mask
   bool CellData =
     false; ///< the bounds cover whole voxels; else they end at the outer voxel centres
   /// Range of level 0; Unknown() where nobody knows.
@@ -53,6 +60,12 @@ struct VolumeInfo
   std::string ArrayName = "scalars";
   std::string Name; ///< file and dataset, or the formula; for messages
 };
+
+/// Of a voxel in an atlas: its components, and its mask where there is one.
+inline int AtlasComponents(const VolumeInfo& info)
+{
+  return info.Components + (info.Masked ? 1 : 0);
+}
 
 /// Tells its layout and reads one brick, or the ranges of many. The only way from data to renderer.
 /// Thread: all functions may be called from several threads at once.

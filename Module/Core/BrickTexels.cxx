@@ -98,6 +98,45 @@ void ConvertRelative(const Brick& brick, ConvertedBrick& out)
   }
 }
 
+// One value beside NaN isn't one value: whoever takes a cell as such needn't read its texels.
+template <typename T>
+void WidenBesideNaN(int stored, int cells, const T* texels, T* ranges)
+{
+  const int inner = stored - 2 * BrickBorder;
+  for (int i = 0; i < cells * cells * cells; ++i)
+  {
+    T* range = ranges + 2 * static_cast<std::size_t>(i);
+    if (!(range[0] == range[1]))
+    {
+      continue;
+    }
+    const int cell[3] = { i % cells, i / cells % cells, i / cells / cells };
+    int low[3];
+    int high[3];
+    for (int a = 0; a < 3; ++a)
+    {
+      low[a] = cell[a] * CellEdge - 1 + BrickBorder;
+      high[a] = std::min(cell[a] * CellEdge + CellEdge, inner) + BrickBorder;
+    }
+    bool any = false;
+    for (int z = low[2]; z <= high[2] && !any; ++z)
+    {
+      for (int y = low[1]; y <= high[1] && !any; ++y)
+      {
+        const T* row = texels +
+          (static_cast<std::size_t>(z) * static_cast<std::size_t>(stored) +
+            static_cast<std::size_t>(y)) *
+            static_cast<std::size_t>(stored);
+        any = std::any_of(row + low[0], row + high[0] + 1, [](T v) { return v != v; });
+      }
+    }
+    if (any)
+    {
+      range[1] = std::nextafter(range[1], std::numeric_limits<T>::max());
+    }
+  }
+}
+
 // Least and largest texel per cell: first along x for all rows, then over rows and slices, so that
 // each voxel is read about twice.
 template <typename T>
@@ -165,6 +204,35 @@ void FindCells(int stored, ConvertedBrick& out)
       }
     }
   }
+  if constexpr (std::is_floating_point_v<T>)
+  {
+    WidenBesideNaN(stored, cells, texels, ranges);
+  }
+}
+
+// The mask as a component behind the others, whose cells lose their ranges where it is 0.
+template <typename T>
+void AddMask(const Brick& brick, std::vector<ConvertedBrick>& all)
+{
+  ConvertedBrick mask;
+  mask.Bytes.resize(brick.Mask.size() * sizeof(T));
+  std::copy(brick.Mask.begin(), brick.Mask.end(), reinterpret_cast<T*>(mask.Bytes.data()));
+  FindCells<T>(brick.StoredSize, mask);
+  const auto* in = reinterpret_cast<const T*>(mask.Cells.data());
+  const std::size_t cells = mask.Cells.size() / (2 * sizeof(T));
+  for (ConvertedBrick& component : all)
+  {
+    auto* ranges = reinterpret_cast<T*>(component.Cells.data());
+    for (std::size_t i = 0; i < cells; ++i)
+    {
+      if (in[2 * i + 1] == 0)
+      {
+        ranges[2 * i] = std::numeric_limits<T>::max();
+        ranges[2 * i + 1] = std::numeric_limits<T>::lowest();
+      }
+    }
+  }
+  all.push_back(std::move(mask));
 }
 } // namespace
 
@@ -199,6 +267,52 @@ ConvertedBrick ConvertBrick(const Brick& brick, const TexelFormat& format)
       break;
   }
   return out;
+}
+
+std::shared_ptr<Brick> TakeComponent(const Brick& brick, int component)
+{
+  auto one = std::make_shared<Brick>();
+  one->Type = brick.Type;
+  one->StoredSize = brick.StoredSize;
+  const std::size_t size = SizeOf(brick.Type);
+  const std::size_t stride = size * static_cast<std::size_t>(brick.Components);
+  const std::size_t count = brick.Voxels.size() / stride;
+  const std::byte* from = brick.Voxels.data() + size * static_cast<std::size_t>(component);
+  one->Voxels.resize(count * size);
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    std::memcpy(one->Voxels.data() + i * size, from + i * stride, size);
+  }
+  return one;
+}
+
+std::vector<ConvertedBrick> ConvertComponents(const Brick& brick, const TexelFormat& format)
+{
+  std::vector<ConvertedBrick> all;
+  if (brick.Components == 1)
+  {
+    all.push_back(ConvertBrick(brick, format));
+  }
+  for (int c = 0; c < brick.Components && brick.Components > 1; ++c)
+  {
+    all.push_back(ConvertBrick(*TakeComponent(brick, c), format));
+  }
+  if (!brick.Mask.empty())
+  {
+    switch (format.BytesPerTexel)
+    {
+      case 1:
+        AddMask<std::uint8_t>(brick, all);
+        break;
+      case 2:
+        AddMask<std::uint16_t>(brick, all);
+        break;
+      default:
+        AddMask<float>(brick, all);
+        break;
+    }
+  }
+  return all;
 }
 
 } // namespace teravox

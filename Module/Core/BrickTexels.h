@@ -6,6 +6,7 @@
 #include "TexelFormat.h"
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace teravox
@@ -26,5 +27,13 @@ struct ConvertedBrick
 /// interpolation reaches from them, and leave NaN out.
 /// Requires: a brick of one component, and the format of its type.
 ConvertedBrick ConvertBrick(const Brick& brick, const TexelFormat& format);
+
+/// One component of a brick, as a brick of its own.
+std::shared_ptr<Brick> TakeComponent(const Brick& brick, int component);
+
+/// The same for each component of a brick of any number of them: each is relative to a value of its
+/// own, and has ranges of its own. Behind them, where the brick has one, its mask as texels of 0
+/// and 1; cells of which nothing is in the mask have no range then, as if they had no values.
+std::vector<ConvertedBrick> ConvertComponents(const Brick& brick, const TexelFormat& format);
 
 } // namespace teravox

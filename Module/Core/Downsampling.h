@@ -20,7 +20,8 @@ namespace teravox
 enum class Downsampling
 {
   Average, ///< box average of each group; integers rounded to nearest, halves upwards; NaN left out
-  Mode     ///< the most frequent value of each group, the smallest of equals; NaN left out
+  Mode,    ///< the most frequent value of each group, the smallest of equals; NaN left out
+  Any      ///< of masks: 1 where any value of a group is above 0, else 0
 };
 
 /// A box of voxels in memory, x fastest, components interleaved. Strides count scalars, not bytes
@@ -187,27 +188,44 @@ void AverageRow(const BoxView<const T>& in, const Int3& group, std::int64_t y, s
   }
 }
 
-/// AverageRow() of small integers whose groups are all whole and of 2 x 2 x 2 voxels, as most are:
-/// the same numbers, without a division and without a row of sums.
+/// AverageRow() of groups that are all whole and of 2 x 2 x 2 voxels, as most are: the same
+/// numbers, without a division and without a row of sums. False: a group has values that aren't
+/// finite, or adds up to one, and the row is for AverageRow().
 template <typename T>
-void AverageEights(const BoxView<const T>& in, std::int64_t y, std::int64_t z, T* __restrict out)
+bool AverageEights(const BoxView<const T>& in, std::int64_t y, std::int64_t z, T* __restrict out)
 {
   const T* const a = in.Row(2 * y, 2 * z);
   const T* const b = in.Row(2 * y + 1, 2 * z);
   const T* const c = in.Row(2 * y, 2 * z + 1);
   const T* const d = in.Row(2 * y + 1, 2 * z + 1);
   const std::int64_t width = in.Dimensions[0] / 2;
-  for (std::int64_t x = 0; x < width; ++x)
+  if constexpr (std::is_floating_point_v<T>)
   {
-    const std::int64_t i = 2 * x;
-    const std::int32_t sum =
-      a[i] + a[i + 1] + b[i] + b[i + 1] + c[i] + c[i + 1] + d[i] + d[i + 1] + 4;
-    out[x] = static_cast<T>(sum >> 3); // rounds down, also below zero
+    std::int32_t odd = 0;
+    for (std::int64_t x = 0; x < width; ++x)
+    {
+      const std::int64_t i = 2 * x;
+      // In the order of AverageRow(), from 0 on: eight times -0 is 0.
+      const double sum =
+        0.0 + a[i] + a[i + 1] + b[i] + b[i + 1] + c[i] + c[i + 1] + d[i] + d[i + 1];
+      out[x] = static_cast<T>(sum * 0.125);
+      odd |= sum - sum == 0 ? 0 : 1;
+    }
+    return odd == 0;
+  }
+  else
+  {
+    using Wide = std::conditional_t<sizeof(T) <= 2, std::int32_t, std::int64_t>;
+    for (std::int64_t x = 0; x < width; ++x)
+    {
+      const std::int64_t i = 2 * x;
+      const Wide sum =
+        Wide{ a[i] } + a[i + 1] + b[i] + b[i + 1] + c[i] + c[i + 1] + d[i] + d[i + 1] + 4;
+      out[x] = static_cast<T>(sum >> 3); // rounds down, also below zero
+    }
+    return true;
   }
 }
-
-template <typename T>
-constexpr bool HasEights = std::is_integral_v<T> && sizeof(T) <= 2;
 
 template <typename T>
 bool IsOfEights(const BoxView<const T>& in, const Int3& group)
@@ -247,6 +265,27 @@ void ModeRow(const BoxView<const T>& in, const Int3& group, std::int64_t y, std:
   }
 }
 
+template <typename T>
+void AnyRow(const BoxView<const T>& in, const Int3& group, std::int64_t y, std::int64_t z, T* out)
+{
+  const std::int64_t width = CeilDiv(in.Dimensions[0], group[0]) * in.Components;
+  const std::int64_t rows = GroupCount(y, group[1], in.Dimensions[1]);
+  const std::int64_t slices = GroupCount(z, group[2], in.Dimensions[2]);
+  std::fill_n(out, width, T{});
+  for (std::int64_t k = 0; k < slices * rows; ++k)
+  {
+    const T* row = in.Row(y * group[1] + k % rows, z * group[2] + k / rows);
+    for (std::int64_t x = 0; x < in.Dimensions[0]; ++x)
+    {
+      for (int c = 0; c < in.Components; ++c)
+      {
+        T& any = out[x / group[0] * in.Components + c];
+        any = row[x * in.Components + c] > 0 ? T{ 1 } : any;
+      }
+    }
+  }
+}
+
 } // namespace downsampling
 
 /// Makes one level from the level before: voxel i of `out` is made of the voxels
@@ -262,19 +301,7 @@ void DownsampleBox(
   std::vector<downsampling::Sum<T>> sums;
   std::vector<std::int32_t> used;
   std::vector<T> values;
-  if constexpr (downsampling::HasEights<T>)
-  {
-    if (method == Downsampling::Average && downsampling::IsOfEights(in, group))
-    {
-      for (std::int64_t i = 0; i < out.Dimensions[1] * out.Dimensions[2]; ++i)
-      {
-        const std::int64_t y = i % out.Dimensions[1];
-        const std::int64_t z = i / out.Dimensions[1];
-        downsampling::AverageEights(in, y, z, out.Row(y, z));
-      }
-      return;
-    }
-  }
+  const bool eights = method == Downsampling::Average && downsampling::IsOfEights(in, group);
   for (std::int64_t z = 0; z < out.Dimensions[2]; ++z)
   {
     for (std::int64_t y = 0; y < out.Dimensions[1]; ++y)
@@ -283,7 +310,11 @@ void DownsampleBox(
       {
         downsampling::ModeRow(in, group, y, z, values, out.Row(y, z));
       }
-      else
+      else if (method == Downsampling::Any)
+      {
+        downsampling::AnyRow(in, group, y, z, out.Row(y, z));
+      }
+      else if (!eights || !downsampling::AverageEights(in, y, z, out.Row(y, z)))
       {
         downsampling::AverageRow(in, group, y, z, sums, used, out.Row(y, z));
       }

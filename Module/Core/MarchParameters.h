@@ -54,6 +54,12 @@ struct MarchParameters
   std::array<Vec, MaximumIsoValues / 4> IsoValues{};
   std::array<Vec, MaximumIsoValues> IsoColors{};
   std::array<Vec, 5> Crop{};
+  static constexpr std::size_t MaximumComponents = 4;
+  UVec Components{};
+  std::array<Vec, MaximumComponents> ComponentTransfer{};
+  std::array<Vec, MaximumComponents> ComponentTable{};
+  std::array<Vec, MaximumComponents> ComponentMaterial{};
+  Vec Gradient{};
 };
 
 /// How far a clipping plane lies behind the ray of a pixel (x, y) at depth t, kept where it is not
@@ -65,6 +71,10 @@ struct IntervalParameters
 {
   std::array<float, 3> BoxLow{};
   std::array<float, 3> BoxHigh{};
+  /// The block of the volume that is drawn; the box, or more, where that is all of it.
+  std::array<float, 3> BlockLow{};
+  std::array<float, 3> BlockHigh{};
+  bool HasBlock = false;
   float Near = 0; ///< view depths
   float Far = 0;
   bool HasDepth = false;              ///< the view state holds the opaque depth

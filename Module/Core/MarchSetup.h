@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "ImageLattice.h"
 #include "MarchParameters.h"
 #include "TransferTable.h"
 
@@ -17,8 +18,18 @@ namespace teravox
 /// fast.
 MarchParameters::Vec StepParameters(double sampleDistance, double tolerance, double looseness);
 
+/// Up to a tolerance of 1/255 no voxel hides between rays: what one adds to the field reaches a
+/// voxel far. A larger one allows for more, up to two voxels.
+LatticeLimits LatticeLimitsOf(double tolerance, double looseness);
+
 /// MarchParameters::Transfer.
 MarchParameters::Vec TransferParameters(const TransferTable& table);
+
+/// The stage (ImageLattice.h) at which a picture begins whose pixels may be interpolated: the
+/// largest up to `most` at which rays through the middle of the volume pass by the pixels between
+/// them near enough; 0 if there is none, or if cropping cuts the rays into stretches.
+int FirstLatticeStage(const MarchParameters& p, const IntervalParameters& intervals,
+  const LatticeLimits& limits, int most);
 
 /// The tiles (x | y << 16) that meet a rectangle of pixels: left, bottom, right, top, the last two
 /// exclusive.

@@ -55,8 +55,8 @@ std::optional<RequestQueue::Flight> RequestQueue::Pop()
     std::swap(this->Queued_[i], this->Queued_.back());
   }
   const Flight flight{ this->Queued_.back(), ++this->LastTicket };
-  this->Queued_.pop_back();
   this->Flights[flight.Request.Key] = flight.Ticket;
+  this->Queued_.pop_back();
   return flight;
 }
 

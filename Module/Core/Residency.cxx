@@ -63,6 +63,16 @@ void Residency::RetryFailed()
   this->FailedBlocks.clear();
 }
 
+std::vector<bool> Residency::ResidentLevels() const
+{
+  std::vector<bool> levels(static_cast<std::size_t>(this->Table.Layout().NumberOfLevels()), false);
+  for (const auto& [key, slot] : this->SlotOf)
+  {
+    levels[key.Level] = true;
+  }
+  return levels;
+}
+
 std::uint64_t Residency::HeldBytes() const
 {
   return this->Arrived.size() * this->Limit.BrickBytes +

@@ -104,6 +104,10 @@ public:
   /// Bricks and page blocks that rays wait for and that aren't resident yet.
   std::size_t NumberOfMissing() const { return this->Missing; }
   bool IsResident(const BrickKey& brick) const { return this->SlotOf.count(brick) != 0; }
+  /// The brick in a slot in use.
+  const BrickKey& BrickInSlot(std::uint32_t slot) const { return this->Slots[slot].Key; }
+  /// Of which levels bricks are resident.
+  std::vector<bool> ResidentLevels() const;
   /// Bytes, as in the host limit, of bricks and page blocks that have arrived and wait for a place.
   std::uint64_t HeldBytes() const;
 

@@ -55,8 +55,7 @@ int ScaleExponent(const VolumeInfo& info)
 }
 
 ScaledBrickSource::ScaledBrickSource(std::shared_ptr<BrickSource> source, int exponent)
-  : Source(std::move(source))
-  , Info_(this->Source->Info())
+  : BrickSourceAdapter(std::move(source))
   , Exponent(exponent)
 {
   this->Info_.Range = Scale(this->Info_.Range, exponent);
@@ -74,6 +73,7 @@ Result<BrickPointer> ScaledBrickSource::ReadBrick(const BrickKey& key)
   scaled->Type = brick.Type;
   scaled->Components = brick.Components;
   scaled->StoredSize = brick.StoredSize;
+  scaled->Mask = brick.Mask;
   scaled->Voxels.resize(brick.Voxels.size());
   const std::size_t count = brick.Voxels.size() / SizeOf(brick.Type);
   (brick.Type == ScalarType::Float32 ? Scale<float> : Scale<double>)(brick.Voxels.data(),

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "BrickSource.h"
+#include "BrickSourceAdapter.h"
 #include "TransferTable.h"
 
 #include <memory>
@@ -18,22 +18,15 @@ int ScaleExponent(const VolumeInfo& info);
 
 /// A floating-point source with all values multiplied by 2^-exponent. Everything else is that of
 /// the other source. Thread: as BrickSource.
-class ScaledBrickSource final : public BrickSource
+class ScaledBrickSource final : public BrickSourceAdapter
 {
 public:
   ScaledBrickSource(std::shared_ptr<BrickSource> source, int exponent);
 
-  const VolumeInfo& Info() const override { return this->Info_; }
   Result<BrickPointer> ReadBrick(const BrickKey& key) override;
   Result<std::vector<ValueRange>> ReadRanges(const BrickKey& first, const Int3& count) override;
-  std::uint64_t BytesRead() const override { return this->Source->BytesRead(); }
-  std::uint64_t MemoryUsed() const override { return this->Source->MemoryUsed(); }
-  void SetMemoryBudget(std::uint64_t bytes) override { this->Source->SetMemoryBudget(bytes); }
-  std::uint64_t LeastMemory() const override { return this->Source->LeastMemory(); }
 
 private:
-  std::shared_ptr<BrickSource> Source;
-  VolumeInfo Info_;
   int Exponent;
 };
 

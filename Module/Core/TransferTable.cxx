@@ -112,7 +112,8 @@ std::vector<float> FindJumps(const TransferFunction& function, const TransferTab
 // bound but a mean, which is 1 per unit distance above that of the other node where the opacity is
 // linear. As a line up to the wall it would be a thousand times as much: as a jump close to the
 // wall's node it is right, and the node itself stays a wall. At an end of the table that is so
-// where no data lie beyond.
+// where no data lie beyond. Beside a wall that goes on, the line begins the wall up to an interval
+// early, which shows only where something else shines in front of it (SharpWalls).
 void JumpToWalls(const TransferFunction& function, const TransferTable& table,
   const ValueRange& data, const std::vector<double>& s, std::vector<float>& jumps)
 {
@@ -133,15 +134,16 @@ void JumpToWalls(const TransferFunction& function, const TransferTable& table,
   {
     const bool continuesBefore = i == 0 ? !(known && data.Min >= table.Low) : isWall(i - 1);
     const bool continuesBehind = i == last ? !(known && data.Max <= table.High) : isWall(i + 1);
-    if (!isWall(i) || continuesBefore || continuesBehind)
+    const bool alone = !continuesBefore && !continuesBehind;
+    if (!isWall(i) || !(alone || function.SharpWalls))
     {
       continue;
     }
-    if (i > 0)
+    if (i > 0 && !isWall(i - 1))
     {
       jump(i - 1, i - 1);
     }
-    if (i < last)
+    if (i < last && !isWall(i + 1))
     {
       jump(i, i + 1);
     }

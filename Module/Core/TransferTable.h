@@ -21,9 +21,17 @@ struct TransferFunction
   double UnitDistance = 1;                    ///< world length to which Opacity refers, > 0
   /// Beyond the first and the last knot, what is there goes on; else the function may jump there.
   bool IsConstantBeyond = true;
+  /// A wall (opacity 1) begins at its node, however steep the way up to it: what else shines in
+  /// front of it matters. Else a wall of several nodes may begin up to one interval early.
+  bool SharpWalls = false;
   /// What the table holds in the place of the extinction, of a value and its opacity; at least 0.
   /// Null: the extinction.
   std::function<double(double value, double opacity)> Response;
+  /// Factor of the extinction, 0..1, over the gradient's magnitude in data values per mean distance
+  /// of neighbouring voxels of level 0 (central differences over one voxel of the level drawn).
+  /// Null: none. Not in BuildTransferTable(), see GradientTable.h.
+  std::function<double(double)> GradientOpacity;
+  double LastGradient = 1; ///< > 0; GradientOpacity is constant from here on
 };
 
 /// The transfer function as the marcher samples it: extinction s and colour, linear between

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ViewGeometry.h"
 
+#include "BlockSplit.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -169,11 +171,15 @@ LevelDepths ComputeLevels(const PyramidLayout& layout, const ViewInput& input, c
   return levels;
 }
 
-// The pixels that can see the box of a volume: all of them where a corner lies beside or behind the
+// The pixels that can see a box of voxels: all of them where a corner lies beside or behind the
 // eye.
 std::array<int, 4> VisibleRectangle(
-  const ViewInput& input, const Matrix4& worldFromVoxel, const Int3& dims)
+  const ViewInput& input, const Matrix4& worldFromVoxel, const VoxelBox& box)
 {
+  if (box.IsEmpty())
+  {
+    return {};
+  }
   const Matrix4 clipFromVoxel =
     MultiplyMatrices(input.ClipFromView, MultiplyMatrices(input.ViewFromWorld, worldFromVoxel));
   const std::array<int, 2> size{ input.Width, input.Height };
@@ -181,8 +187,9 @@ std::array<int, 4> VisibleRectangle(
   std::array<double, 2> high{ -1, -1 };
   for (int i = 0; i < 8; ++i)
   {
-    const std::array<double, 4> corner{ i & 1 ? static_cast<double>(dims[0]) : 0.0,
-      i & 2 ? static_cast<double>(dims[1]) : 0.0, i & 4 ? static_cast<double>(dims[2]) : 0.0, 1 };
+    const std::array<double, 4> corner{ static_cast<double>(i & 1 ? box.High[0] : box.Low[0]),
+      static_cast<double>(i & 2 ? box.High[1] : box.Low[1]),
+      static_cast<double>(i & 4 ? box.High[2] : box.Low[2]), 1 };
     std::array<double, 4> clip{};
     for (std::size_t r = 0; r < 4; ++r)
     {
@@ -209,11 +216,24 @@ std::array<int, 4> VisibleRectangle(
   return pixels;
 }
 
-// The bricks that rays may meet, per level: between the nearest and the farthest depth, each level
-// up to where it ends. It may be an ancestor of all that lies before.
+BrickBox Intersect(const BrickBox& a, const BrickBox& b)
+{
+  BrickBox both = a;
+  bool met = true;
+  for (std::size_t i = 0; i < 3; ++i)
+  {
+    both.Low[i] = std::max(a.Low[i], b.Low[i]);
+    both.High[i] = std::min(a.High[i], b.High[i]);
+    met = met && both.Low[i] < both.High[i];
+  }
+  return met ? both : BrickBox{ { 0, 0, 0 }, { 0, 0, 0 } };
+}
+
+// The bricks that rays may meet in a block, per level: between the nearest and the farthest depth,
+// each level up to where it ends. It may be an ancestor of all that lies before.
 std::vector<BrickBox> BricksInView(const PyramidLayout& layout, const LevelDepths& levels,
   const std::array<ViewRay, 4>& corners, const Matrix4& voxelFromView, double nearest,
-  double farthest)
+  double farthest, const VoxelBox& block)
 {
   std::vector<BrickBox> boxes;
   double end = -std::numeric_limits<double>::infinity();
@@ -253,11 +273,52 @@ std::vector<BrickBox> BricksInView(const PyramidLayout& layout, const LevelDepth
       box.High[a] =
         static_cast<std::int64_t>(std::clamp(std::floor(high[a] / edge) + 1, 0.0, last)) + 1;
     }
-    boxes.push_back(box);
+    boxes.push_back(Intersect(box, BricksOfBlock(layout, l, block)));
   }
   return boxes;
 }
 } // namespace
+
+Double3 ViewGeometry::PointInView(double x, double y, double depth) const
+{
+  const auto& o = this->Rays.Origin;
+  const auto& d = this->Rays.Direction;
+  Double3 p{};
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    p[a] = o[0][a] + o[1][a] * x + o[2][a] * y + depth * (d[0][a] + d[1][a] * x + d[2][a] * y);
+  }
+  return p;
+}
+
+namespace
+{
+// z and w in clip space.
+std::array<double, 2> ClipDepth(const Matrix4& clipFromView, const Double3& p)
+{
+  const auto row = [&](std::size_t r)
+  {
+    return clipFromView[r] * p[0] + clipFromView[r + 1] * p[1] + clipFromView[r + 2] * p[2] +
+      clipFromView[r + 3];
+  };
+  return { row(8), row(12) };
+}
+} // namespace
+
+double ViewGeometry::WindowOfDepth(const ViewInput& camera, double x, double y, double depth) const
+{
+  const auto [z, w] = ClipDepth(camera.ClipFromView, this->PointInView(x, y, depth));
+  return 0.5 * (z / w + 1);
+}
+
+double ViewGeometry::DepthOfWindow(const ViewInput& camera, double x, double y, double window) const
+{
+  // Both are linear in the depth.
+  const auto [z0, w0] = ClipDepth(camera.ClipFromView, this->PointInView(x, y, 0));
+  const auto [z1, w1] = ClipDepth(camera.ClipFromView, this->PointInView(x, y, 1));
+  const double ndc = 2 * window - 1;
+  return (z0 - ndc * w0) / (ndc * (w1 - w0) - (z1 - z0));
+}
 
 Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewInput& input)
 {
@@ -395,7 +456,16 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
     g.Intervals.BoxLow[a] = static_cast<float>(inset - anchor[a]);
     g.Intervals.BoxHigh[a] = static_cast<float>(static_cast<double>(dims[a]) - inset - anchor[a]);
   }
-  g.Intervals.Rectangle = VisibleRectangle(input, worldFromVoxel, dims);
+  VoxelBox block = Clamp(input.Block.value_or(VoxelBox{ { 0, 0, 0 }, dims }), dims);
+  block = block.IsEmpty() ? VoxelBox{} : block;
+  g.Intervals.HasBlock = input.Block.has_value();
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    // As the faces of bricks, which are rounded the same way where floats don't hold them.
+    g.Intervals.BlockLow[a] = static_cast<float>(static_cast<double>(block.Low[a]) - anchor[a]);
+    g.Intervals.BlockHigh[a] = static_cast<float>(static_cast<double>(block.High[a]) - anchor[a]);
+  }
+  g.Intervals.Rectangle = VisibleRectangle(input, worldFromVoxel, block);
   g.Intervals.Near = static_cast<float>(nearDepth - g.DepthOrigin);
   g.Intervals.Far = static_cast<float>(farDepth - g.DepthOrigin);
   // ndc = (p10 z + p11) / (p14 z + p15) for view z = -depth; ndc = 2 d - 1.
@@ -429,7 +499,7 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
   g.Order.Direction = ApplyToVector(voxelFromView, center.Direction);
   g.Order.InView =
     BricksInView(layout, g.Levels, { corner, alongX, alongY, ndc(input.Width, input.Height) },
-      voxelFromView, std::max(nearDepth, boxNear), std::min(farDepth, boxFar));
+      voxelFromView, std::max(nearDepth, boxNear), std::min(farDepth, boxFar), block);
   return g;
 }
 

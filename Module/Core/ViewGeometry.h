@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "BrickGeometry.h"
 #include "CutSetup.h"
 #include "MarchParameters.h"
 #include "PyramidLayout.h"
 #include "Residency.h"
 
 #include <array>
+#include <optional>
 #include <vector>
 
 namespace teravox
@@ -38,6 +40,10 @@ struct ViewInput
   bool CellData = false; ///< the box covers whole voxels, else it ends at outer centres
   std::vector<ClipPlane> ClipPlanes;
   CropRegions Crop;
+  /// Only what lies in these voxels of level 0 is drawn: the cubes around their centres. Light,
+  /// levels and pieces of rays are those of the whole volume, so that the pictures of blocks whose
+  /// faces lie on faces of bricks, one behind the other, are the picture of the volume.
+  std::optional<VoxelBox> Block;
 };
 
 /// The depths at which lambda changes: Start[l] is the least view depth at which level l is coarse
@@ -68,6 +74,12 @@ struct ViewGeometry
   ViewRays Rays;
   /// Shortest edge of a level-0 voxel, world units.
   double SmallestEdge = 1;
+
+  /// The place at a depth of the marchers on the ray through (x, y), in pixels; view space.
+  Double3 PointInView(double x, double y, double depth) const;
+  /// The depth of the depth buffer, 0...1, of a depth of the marchers on that ray, and the inverse.
+  double WindowOfDepth(const ViewInput& camera, double x, double y, double depth) const;
+  double DepthOfWindow(const ViewInput& camera, double x, double y, double window) const;
 
   /// Errors: InvalidArgument (singular matrices).
   static Result<ViewGeometry> Make(const PyramidLayout& layout, const ViewInput& input);

@@ -33,11 +33,12 @@ Result<std::unique_ptr<BrickAtlas>> BrickAtlas::Make(
   }
   atlas->Texture = GLTexture(memory, GL_TEXTURE_3D, format.InternalFormat,
     static_cast<int>(plan.AtlasSize[0]), static_cast<int>(plan.AtlasSize[1]),
-    static_cast<int>(plan.AtlasSize[2]), format.BytesPerTexel, GL_NEAREST);
+    static_cast<int>(plan.AtlasSize[2] * plan.Components), format.BytesPerTexel, GL_NEAREST);
   const auto cells = [&](std::size_t a)
   { return static_cast<int>(plan.SlotsPerAxis[a]) * atlas->CellsPerBrick; };
-  atlas->Cells = GLTexture(memory, GL_TEXTURE_3D, format.CellFormat, cells(0), cells(1), cells(2),
-    std::size_t{ 2 } * format.BytesPerTexel, GL_NEAREST);
+  atlas->Cells = GLTexture(memory, GL_TEXTURE_3D, format.CellFormat, cells(0), cells(1),
+    cells(2) * static_cast<int>(plan.Components), std::size_t{ 2 } * format.BytesPerTexel,
+    GL_NEAREST);
   const std::vector<PageEntry> unknown(
     static_cast<std::size_t>(plan.DirectoryBytes + plan.PageBlockBytes) / sizeof(PageEntry));
   atlas->Table = GLBuffer(memory, GL_SHADER_STORAGE_BUFFER, unknown.size() * sizeof(PageEntry),
@@ -60,31 +61,38 @@ Result<std::unique_ptr<BrickAtlas>> BrickAtlas::Make(
 
 void BrickAtlas::Upload(std::uint32_t slot, const Brick& brick)
 {
-  const ConvertedBrick texels = ConvertBrick(brick, this->Format_);
-  this->BytesUploaded_ += texels.Bytes.size() + texels.Cells.size();
-  if (this->Native_)
+  const std::vector<ConvertedBrick> components = ConvertComponents(brick, this->Format_);
+  for (std::uint32_t c = 0; c < components.size(); ++c)
   {
-    this->Native_->Write(
-      slot, texels.Bytes.data(), texels.Bytes.size(), texels.Cells.data(), texels.Cells.size());
+    const ConvertedBrick& texels = components[c];
+    this->BytesUploaded_ += texels.Bytes.size() + texels.Cells.size();
+    if (this->Native_)
+    {
+      this->Native_->Write(slot, texels.Bytes.data(), texels.Bytes.size(), texels.Cells.data(),
+        texels.Cells.size(), c);
+      if (this->Plan_.SlotTableBytes != 0)
+      {
+        this->Native_->WriteEntry(slot, texels.OffsetHigh, texels.OffsetLow, texels.Scale, c);
+      }
+      continue;
+    }
+    this->UploadToTexture(slot, c, texels);
     if (this->Plan_.SlotTableBytes != 0)
     {
-      this->Native_->WriteEntry(slot, texels.OffsetHigh, texels.OffsetLow, texels.Scale);
+      const std::array<float, 4> entry{ texels.OffsetHigh, texels.OffsetLow, texels.Scale, 0 };
+      const std::size_t place = std::size_t{ slot } * this->Plan_.Components + c;
+      this->Slots.Write(place * sizeof(entry), sizeof(entry), entry.data());
     }
-    return;
-  }
-  this->UploadToTexture(slot, texels);
-  if (this->Plan_.SlotTableBytes != 0)
-  {
-    const std::array<float, 4> entry{ texels.OffsetHigh, texels.OffsetLow, texels.Scale, 0 };
-    this->Slots.Write(std::size_t{ slot } * sizeof(entry), sizeof(entry), entry.data());
   }
 }
 
-void BrickAtlas::UploadToTexture(std::uint32_t slot, const ConvertedBrick& texels)
+void BrickAtlas::UploadToTexture(
+  std::uint32_t slot, std::uint32_t component, const ConvertedBrick& texels)
 {
   const auto& n = this->Plan_.SlotsPerAxis;
   const std::int64_t s = slot;
-  const std::array<std::int64_t, 3> at{ s % n[0], s / n[0] % n[1], s / (n[0] * n[1]) };
+  const std::array<std::int64_t, 3> at{ s % n[0], s / n[0] % n[1],
+    s / (n[0] * n[1]) * this->Plan_.Components + component };
   const auto put = [&](const GLTexture& texture, GLsizei edge, GLenum channels, const void* data)
   {
     texture.Bind(0);

@@ -40,7 +40,7 @@ public:
 
 private:
   BrickAtlas() = default;
-  void UploadToTexture(std::uint32_t slot, const ConvertedBrick& texels);
+  void UploadToTexture(std::uint32_t slot, std::uint32_t component, const ConvertedBrick& texels);
   AtlasPlan Plan_;
   VoxelFormat Format_;
   int StoredSize = 0;

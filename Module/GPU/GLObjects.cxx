@@ -8,6 +8,12 @@
 namespace teravox
 {
 
+int& LostContext::Depth()
+{
+  thread_local int depth = 0;
+  return depth;
+}
+
 bool IsSoftwareRenderer()
 {
   const auto* text = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
@@ -49,7 +55,10 @@ void GLBuffer::Release()
 {
   if (this->Name != 0)
   {
-    glDeleteBuffers(1, &this->Name);
+    if (!LostContext::Is())
+    {
+      glDeleteBuffers(1, &this->Name);
+    }
     this->Memory->Remove(this->Bytes);
     this->Name = 0;
     this->Bytes = 0;
@@ -110,7 +119,10 @@ void GLTexture::Release()
 {
   if (this->Name != 0)
   {
-    glDeleteTextures(1, &this->Name);
+    if (!LostContext::Is())
+    {
+      glDeleteTextures(1, &this->Name);
+    }
     this->Memory->Remove(this->Bytes);
     this->Name = 0;
     this->Bytes = 0;
@@ -136,7 +148,10 @@ void GLFramebuffer::Release()
 {
   if (this->Name != 0)
   {
-    glDeleteFramebuffers(1, &this->Name);
+    if (!LostContext::Is())
+    {
+      glDeleteFramebuffers(1, &this->Name);
+    }
     this->Name = 0;
   }
 }
@@ -152,7 +167,10 @@ void GLVertexArray::Release()
 {
   if (this->Name != 0)
   {
-    glDeleteVertexArrays(1, &this->Name);
+    if (!LostContext::Is())
+    {
+      glDeleteVertexArrays(1, &this->Name);
+    }
     this->Name = 0;
   }
 }
@@ -212,7 +230,10 @@ void GLProgram::Release()
 {
   if (this->Name != 0)
   {
-    glDeleteProgram(this->Name);
+    if (!LostContext::Is())
+    {
+      glDeleteProgram(this->Name);
+    }
     this->Name = 0;
   }
 }

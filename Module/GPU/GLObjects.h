@@ -26,6 +26,23 @@ struct GPUMemory
   void Remove(std::uint64_t bytes) { this->Used -= bytes; }
 };
 
+/// While there is one, what is released belonged to a context that is gone: its names mean nothing,
+/// or other objects, and are only forgotten. Thread: the render thread, for which it holds.
+class LostContext
+{
+public:
+  LostContext() { ++Depth(); }
+  ~LostContext() { --Depth(); }
+  LostContext(const LostContext&) = delete;
+  LostContext& operator=(const LostContext&) = delete;
+  LostContext(LostContext&&) = delete;
+  LostContext& operator=(LostContext&&) = delete;
+  static bool Is() { return Depth() > 0; }
+
+private:
+  static int& Depth();
+};
+
 /// Memory of the host that counts against the GPU's budget, because it is there in its stead.
 /// Move-only value.
 class MemoryShare

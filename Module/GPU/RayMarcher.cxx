@@ -8,12 +8,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 #include <utility>
 
 namespace teravox
 {
 
-static_assert(sizeof(MarchParameters) == 16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1 + 1 + 64 + 256 + 5),
+static_assert(
+  sizeof(MarchParameters) == 16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1 + 1 + 64 + 256 + 5 + 1 + 12 + 1),
   "the uniform block of Shaders/Library/Bindings.glsl has no padding");
 
 static_assert(shared::MAXIMUM_ISO_VALUES == MarchParameters::MaximumIsoValues);
@@ -80,9 +82,29 @@ Result<const GLProgram*> RayMarcher::Program(
 void RayMarcher::SetTransferTable(const TransferTable& table)
 {
   this->Table = &table;
+  this->ComponentTables = nullptr;
+  this->UploadTables(&table, 1);
+}
+
+void RayMarcher::SetTransferTables(const std::vector<TransferTable>& tables)
+{
+  this->Table = &tables.back();
+  this->ComponentTables = &tables;
+  this->UploadTables(tables.data(), tables.size());
+}
+
+void RayMarcher::UploadTables(const TransferTable* tables, std::size_t count)
+{
   this->TableVersion = this->TableVersion == ~0u ? 1 : this->TableVersion + 1;
-  const auto put = [this](const auto& words, GLenum format, GLBuffer& buffer, GLTexture& texture)
+  const auto put = [&](auto member, GLenum format, GLBuffer& buffer, GLTexture& texture)
   {
+    std::decay_t<decltype(tables[0].*member)> joined;
+    for (std::size_t t = 0; count > 1 && t < count; ++t)
+    {
+      const auto& more = tables[t].*member;
+      joined.insert(joined.end(), more.begin(), more.end());
+    }
+    const auto& words = count > 1 ? joined : tables[0].*member;
     const std::size_t bytes = words.size() * sizeof(words[0]);
     if (buffer.Size() == bytes)
     {
@@ -94,9 +116,32 @@ void RayMarcher::SetTransferTable(const TransferTable& table)
     buffer = GLBuffer(this->Memory, GL_TEXTURE_BUFFER, bytes, words.data(), GL_STATIC_DRAW);
     texture = GLTexture(this->Memory, format, buffer);
   };
-  put(table.Integrals, GL_RGBA32F, this->TransferBuffer, this->TransferTexture);
-  put(table.Colors, GL_RGBA32UI, this->ColorBuffer, this->ColorTexture);
-  put(table.Occupied, GL_R16UI, this->OccupiedBuffer, this->OccupiedTexture);
+  put(&TransferTable::Integrals, GL_RGBA32F, this->TransferBuffer, this->TransferTexture);
+  put(&TransferTable::Colors, GL_RGBA32UI, this->ColorBuffer, this->ColorTexture);
+  put(&TransferTable::Occupied, GL_R16UI, this->OccupiedBuffer, this->OccupiedTexture);
+}
+
+void RayMarcher::SetGradientTable(const GradientTable& table)
+{
+  this->Gradient = &table;
+  const std::size_t bytes = table.Values.size() * sizeof(table.Values[0]);
+  if (bytes == 0)
+  {
+    this->GradientTexture.Release();
+    this->GradientBuffer.Release();
+  }
+  else if (this->GradientBuffer.Size() == bytes)
+  {
+    this->GradientBuffer.Write(0, bytes, table.Values.data());
+  }
+  else
+  {
+    this->GradientTexture.Release();
+    this->GradientBuffer.Release();
+    this->GradientBuffer =
+      GLBuffer(this->Memory, GL_TEXTURE_BUFFER, bytes, table.Values.data(), GL_STATIC_DRAW);
+    this->GradientTexture = GLTexture(this->Memory, GL_RGBA32F, this->GradientBuffer);
+  }
 }
 
 void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
@@ -171,12 +216,12 @@ std::vector<float> RayMarcher::ReadDepth(const ViewState& view)
 
 Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
   const IntervalParameters& intervals, const std::vector<PlaneAlongRays>& planes,
-  const std::vector<float>& slice)
+  const std::vector<float>& slice, const LatticeOptions& lattice)
 {
   view.ActiveTiles = TilesOf(intervals.Rectangle);
   if (view.IsNative())
   {
-    view.Native.Clear();
+    view.Native.Clear(lattice.Stage, lattice.Limits);
     view.NativeChanged = true;
     this->Intervals = intervals;
     this->Planes = planes;
@@ -200,6 +245,8 @@ Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
   glUseProgram(p.Id());
   glUniform3fv(p.Uniform("u_boxLow"), 1, intervals.BoxLow.data());
   glUniform3fv(p.Uniform("u_boxHigh"), 1, intervals.BoxHigh.data());
+  glUniform3fv(p.Uniform("u_blockLow"), 1, intervals.BlockLow.data());
+  glUniform3fv(p.Uniform("u_blockHigh"), 1, intervals.BlockHigh.data());
   glUniform2f(p.Uniform("u_nearFar"), intervals.Near, intervals.Far);
   glUniform1i(p.Uniform("u_hasSlice"), slice.empty() ? 0 : 1);
   view.Position.Bind(8);
@@ -235,6 +282,12 @@ Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
   {
     glClearBufferfv(GL_COLOR, 2, clear.data());
   }
+  if (view.HasFirstHit())
+  {
+    glBindFramebuffer(GL_FRAMEBUFFER, view.HitTarget.Id());
+    const std::array<float, 4> none{ NativeView::NoHit, NativeView::NoHit, 0, 0 };
+    glClearBufferfv(GL_COLOR, 0, none.data());
+  }
   return {};
 }
 
@@ -251,18 +304,46 @@ PassResult RayMarcher::DrawNativePass(ViewState& view, const BrickAtlas& atlas,
   scene.Intervals = &this->Intervals;
   scene.Planes = this->Planes.empty() ? nullptr : this->Planes.front().data();
   scene.NumberOfPlanes = static_cast<int>(this->Planes.size());
-  SetTables(scene, *this->Table, this->TableVersion);
+  if (this->ComponentTables != nullptr)
+  {
+    SetTables(scene, *this->ComponentTables, this->TableVersion);
+  }
+  else
+  {
+    SetTables(scene, *this->Table, this->TableVersion);
+  }
+  if (variant.GradientOpacity)
+  {
+    teravox::SetGradientTable(scene, *this->Gradient);
+  }
   SetAtlas(scene, *atlas.Native(), table, atlas.Format());
   SetView(scene, view.Native, view.Width(), view.Height());
   scene.Lights = this->Lights.empty() ? nullptr : this->Lights.data();
+  scene.Masked = variant.Masked;
   scene.Nearest = variant.Nearest;
   scene.FixedStep = variant.FixedStep;
   scene.Shade = variant.Shade;
   scene.Interactive = variant.Interactive;
   scene.ShowLevel = variant.ShowLevel;
+  scene.FirstHit = variant.FirstHit ? scene.FirstHit : nullptr;
   scene.Blend = variant.Blend;
-  return this->Native.DrawPass(
-    scene, atlas.Plan().Slots, atlas.Plan().PageBlocks, view.ActiveTiles);
+  PassResult result =
+    this->Native.DrawPass(scene, atlas.Plan().Slots, atlas.Plan().PageBlocks, view.ActiveTiles);
+  if (view.ActiveTiles.empty() && view.Native.LatticeStage > 0)
+  {
+    view.ActiveTiles = this->Native.Refine(scene, view.Native, TilesOf(this->Intervals.Rectangle));
+    result.Unfinished = !view.ActiveTiles.empty();
+  }
+  return result;
+}
+
+void RayMarcher::CastAll(ViewState& view) const
+{
+  if (view.IsNative() && view.Native.LatticeStage > 0)
+  {
+    view.Native.CastAll();
+    view.ActiveTiles = TilesOf(this->Intervals.Rectangle);
+  }
 }
 
 Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas,
@@ -310,6 +391,10 @@ Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas
   {
     glBindImageTexture(2, view.Error.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R32F);
   }
+  if (variant.FirstHit)
+  {
+    glBindImageTexture(3, view.FirstHit.Id(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RG32F);
+  }
   if (variant.Lights)
   {
     const std::size_t bytes = this->Lights.size() * sizeof(this->Lights[0]);
@@ -326,6 +411,10 @@ Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas
   this->TransferTexture.Bind(1);
   this->ColorTexture.Bind(5);
   this->OccupiedTexture.Bind(3);
+  if (variant.GradientOpacity)
+  {
+    this->GradientTexture.Bind(9);
+  }
   view.Intervals.Bind(2);
   view.Color.Bind(7);
   view.Position.Bind(8);
@@ -431,7 +520,8 @@ Status RayMarcher::Resolve(ViewState& view, const MarchParameters& parameters, B
   return {};
 }
 
-Status RayMarcher::Compose(ViewState& view, GLuint framebuffer, int x, int y)
+Status RayMarcher::Compose(
+  ViewState& view, GLuint framebuffer, int x, int y, const Composition& how)
 {
   Result<const GLProgram*> program = this->Program("FullScreen.vert", "Compose.frag", {});
   if (!program)
@@ -448,10 +538,14 @@ Status RayMarcher::Compose(ViewState& view, GLuint framebuffer, int x, int y)
   const GLProgram& p = *program.Value();
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
   glViewport(x, y, view.Width(), view.Height());
-  glEnable(GL_BLEND);
+  how.PropColor ? glDisable(GL_BLEND) : glEnable(GL_BLEND);
   glBlendFuncSeparate(GL_ONE, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   glUseProgram(p.Id());
   glUniform2i(p.Uniform("u_offset"), x, y);
+  glUniform2f(p.Uniform("u_window"), how.Scale, how.Bias);
+  const std::array<float, 3> prop = how.PropColor.value_or(std::array<float, 3>{ 0, 0, 0 });
+  glUniform4f(
+    p.Uniform("u_prop"), prop[0], prop[1], prop[2], how.PropColor ? how.PropOpacity : 0.0f);
   view.Color.Bind(0);
   glBindVertexArray(this->Vertices.Id());
   glDrawArrays(GL_TRIANGLES, 0, 3);

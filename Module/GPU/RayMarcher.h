@@ -4,6 +4,7 @@
 
 #include "BrickAtlas.h"
 #include "GLObjects.h"
+#include "GradientTable.h"
 #include "MarchParameters.h"
 #include "NativeMarcher.h"
 #include "PassResult.h"
@@ -11,13 +12,26 @@
 #include "TransferTable.h"
 #include "ViewState.h"
 
+#include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace teravox
 {
+
+/// What is made of a picture as it is put into the frame buffer.
+struct Composition
+{
+  /// Premultiplied colours become Scale * colour + Bias * opacity.
+  float Scale = 1;
+  float Bias = 0;
+  /// This instead of colours, where the opacity is large enough: which prop a pixel belongs to.
+  std::optional<std::array<float, 3>> PropColor;
+  float PropOpacity = 3.0f / 255; ///< as VTK's mapper has it
+};
 
 /// Draws passes of one variant with given atlas, transfer table, view and parameters. State of one
 /// context. Thread: used by the render thread only, with the context current and saved by a
@@ -31,6 +45,10 @@ public:
 
   /// The table must stay where it is.
   void SetTransferTable(const TransferTable& table);
+  /// The same for voxels with several components: one table each, those without a function empty.
+  void SetTransferTables(const std::vector<TransferTable>& tables);
+  /// Read by variants with GradientOpacity; must stay where it is.
+  void SetGradientTable(const GradientTable& table);
 
   /// Copies the depth of the frame buffer that is bound for drawing, resolving samples.
   void CopyDepth(ViewState& view, GLuint framebuffer, int x, int y);
@@ -38,18 +56,26 @@ public:
   static std::vector<float> ReadDepth(const ViewState& view);
   /// Begins a picture: intervals, cleared accumulators, all tiles active. `slice`: per pixel the
   /// depth along its ray at which it meets the slice to be drawn, NaN if it doesn't; empty for
-  /// blend modes without one.
+  /// blend modes without one. `lattice`: see NativeView::Clear(); of the native marcher only.
+  struct LatticeOptions
+  {
+    int Stage = 0;
+    LatticeLimits Limits;
+  };
   Status Begin(ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals,
-    const std::vector<PlaneAlongRays>& planes, const std::vector<float>& slice = {});
+    const std::vector<PlaneAlongRays>& planes, const std::vector<float>& slice,
+    const LatticeOptions& lattice);
   /// LightTable of the picture under way (see LightSetup.h); empty: one headlight.
   void SetLights(std::vector<MarchParameters::Vec> table);
+  /// Casts what a lattice has left out: see NativeView::CastAll(). Nothing if all rays are.
+  void CastAll(ViewState& view) const;
   /// One pass over the active tiles.
   Result<PassResult> DrawPass(ViewState& view, const BrickAtlas& atlas, const PageTable& table,
     MarchParameters& parameters, const ShaderVariant& variant);
   /// Turns what rays gathered in a blend mode other than composite into colours.
   Status Resolve(ViewState& view, const MarchParameters& parameters, BlendKind blend);
   /// Blends the accumulators into a frame buffer at a place in pixels.
-  Status Compose(ViewState& view, GLuint framebuffer, int x, int y);
+  Status Compose(ViewState& view, GLuint framebuffer, int x, int y, const Composition& how);
 
 private:
   RayMarcher(GPUMemory& memory)
@@ -61,9 +87,12 @@ private:
   PassResult DrawNativePass(ViewState& view, const BrickAtlas& atlas, const PageTable& table,
     const MarchParameters& parameters, const ShaderVariant& variant);
   void ReadFeedback(ViewState& view, const AtlasPlan& plan, PassResult& result);
+  void UploadTables(const TransferTable* tables, std::size_t count);
 
   GPUMemory& Memory;
   const TransferTable* Table = nullptr;
+  const std::vector<TransferTable>* ComponentTables = nullptr; ///< instead of Table, or null
+  const GradientTable* Gradient = nullptr;
   std::uint32_t TableVersion = 0; ///< counts the tables; never 0 once there is one
   NativeMarcher Native;
   IntervalParameters Intervals;       ///< of the picture under way, for the native marcher
@@ -77,6 +106,8 @@ private:
   GLTexture ColorTexture;
   GLBuffer OccupiedBuffer;
   GLTexture OccupiedTexture;
+  GLBuffer GradientBuffer;
+  GLTexture GradientTexture;
   GLVertexArray Vertices;
   GLVertexArray TileVertices;
   std::map<std::string, GLProgram> Programs;

@@ -21,7 +21,7 @@ struct Feature
   const char* Name;
   bool ShaderVariant::*Member;
 };
-constexpr std::array<Feature, 12> Features = { {
+constexpr std::array<Feature, 16> Features = { {
   { "TERAVOX_NEAREST", &ShaderVariant::Nearest },
   { "TERAVOX_FIXED_STEP", &ShaderVariant::FixedStep },
   { "TERAVOX_FLOAT_DATA", &ShaderVariant::FloatData },
@@ -33,7 +33,11 @@ constexpr std::array<Feature, 12> Features = { {
   { "TERAVOX_COUNT", &ShaderVariant::Count },
   { "TERAVOX_SHOW_LEVEL", &ShaderVariant::ShowLevel },
   { "TERAVOX_ESTIMATE", &ShaderVariant::Estimate },
+  { "TERAVOX_FIRST_HIT", &ShaderVariant::FirstHit },
   { "TERAVOX_OPAQUE_DEPTH", &ShaderVariant::OpaqueDepth },
+  { "TERAVOX_DEPENDENT", &ShaderVariant::Dependent },
+  { "TERAVOX_GRADIENT_OPACITY", &ShaderVariant::GradientOpacity },
+  { "TERAVOX_MASK", &ShaderVariant::Masked },
 } };
 
 Result<std::string> ReadShaderFile(const std::string& file)
@@ -106,7 +110,9 @@ unsigned ShaderVariant::Key() const
   {
     key |= this->*Features[i].Member ? 1u << i : 0u;
   }
-  return key | static_cast<unsigned>(this->Blend) << Features.size();
+  constexpr unsigned bitsOfBlend = 3;
+  return key | static_cast<unsigned>(this->Blend) << Features.size() |
+    static_cast<unsigned>(this->Components - 1) << (Features.size() + bitsOfBlend);
 }
 
 std::string ShaderVariant::Defines() const
@@ -116,7 +122,9 @@ std::string ShaderVariant::Defines() const
   {
     text += std::string("#define ") + feature.Name + (this->*feature.Member ? " 1\n" : " 0\n");
   }
-  return text + "#define TERAVOX_BLEND " + std::to_string(static_cast<int>(this->Blend)) + "\n";
+  const int components = this->Components > 1 ? this->Components : 0;
+  return text + "#define TERAVOX_BLEND " + std::to_string(static_cast<int>(this->Blend)) +
+    "\n#define TERAVOX_COMPONENTS " + std::to_string(components) + "\n";
 }
 
 std::vector<ShaderVariant> ShaderVariant::All()
@@ -131,10 +139,42 @@ std::vector<ShaderVariant> ShaderVariant::All()
     }
     // Nearest interpolation has its own cuts; an interactive variant substitutes anyway; the debug
     // picture is neither lit nor wrong; lights are there to shade; the opaque depth is in the
-    // intervals already.
+    // intervals already; who looks for the first hit gets neither counters nor estimates.
     if ((variant.Nearest && variant.FixedStep) || (variant.Interactive && variant.Substitute) ||
       (variant.ShowLevel && (variant.Shade || variant.Estimate)) ||
-      (variant.Lights && !variant.Shade) || variant.OpaqueDepth)
+      (variant.Lights && !variant.Shade) || variant.OpaqueDepth ||
+      (variant.FirstHit && (variant.ShowLevel || variant.Estimate || variant.Count)))
+    {
+      continue;
+    }
+    // Of one component without a mask, in composite blending; not in variants of the debug picture.
+    if (variant.GradientOpacity)
+    {
+      if (!variant.Dependent && !variant.ShowLevel && !variant.Masked)
+      {
+        all.push_back(variant);
+      }
+      continue;
+    }
+    // Masks: of one component, composite blending, as long as the error allows.
+    if (variant.Masked)
+    {
+      if (!variant.FixedStep && !variant.Dependent)
+      {
+        all.push_back(variant);
+      }
+      continue;
+    }
+    // Several components: the last of two or of four may have the opacity of all.
+    for (const int components : { 2, 3, 4 })
+    {
+      if (!variant.Dependent || components != 3)
+      {
+        all.push_back(variant);
+        all.back().Components = components;
+      }
+    }
+    if (variant.Dependent)
     {
       continue;
     }
@@ -149,7 +189,8 @@ std::vector<ShaderVariant> ShaderVariant::All()
            BlendKind::Additive, BlendKind::Isosurface, BlendKind::Slice })
     {
       variant.Blend = kind;
-      if (!variant.Shade || kind == BlendKind::Isosurface)
+      const bool meets = kind == BlendKind::Isosurface || kind == BlendKind::Slice;
+      if ((!variant.Shade || kind == BlendKind::Isosurface) && (!variant.FirstHit || meets))
       {
         all.push_back(variant);
       }

@@ -28,9 +28,14 @@ struct ShaderVariant
   bool ShowLevel = false;
   bool OpaqueDepth = false;
   bool Estimate = false;
+  bool FirstHit = false;
+  bool GradientOpacity = false;
   BlendKind Blend = BlendKind::Composite; ///< TERAVOX_BLEND
+  int Components = 1;                     ///< of a voxel; TERAVOX_COMPONENTS, 0 for one
+  bool Dependent = false;                 ///< of several components
+  bool Masked = false;                    ///< slots hold a mask behind the voxels
 
-  /// One bit per feature, above them the blend mode.
+  /// One bit per feature, above them the blend mode and the number of components.
   unsigned Key() const;
   bool operator<(const ShaderVariant& o) const { return this->Key() < o.Key(); }
   /// "#define TERAVOX_NEAREST 0" and so on, one line each.

@@ -24,10 +24,12 @@ bool PictureKey::operator==(const PictureKey& o) const
   return this->FunctionVersion == o.FunctionVersion && this->Variant == o.Variant &&
     std::memcmp(&this->Parameters, &o.Parameters, sizeof(MarchParameters)) == 0 &&
     same(&IntervalParameters::BoxLow) && same(&IntervalParameters::BoxHigh) &&
-    same(&IntervalParameters::Near) && same(&IntervalParameters::Far) &&
-    same(&IntervalParameters::HasDepth) && same(&IntervalParameters::DepthToView) &&
-    same(&IntervalParameters::Rectangle) && this->Planes == o.Planes && this->Lights == o.Lights &&
-    this->Slice == o.Slice;
+    same(&IntervalParameters::BlockLow) && same(&IntervalParameters::BlockHigh) &&
+    same(&IntervalParameters::HasBlock) && same(&IntervalParameters::Near) &&
+    same(&IntervalParameters::Far) && same(&IntervalParameters::HasDepth) &&
+    same(&IntervalParameters::DepthToView) && same(&IntervalParameters::Rectangle) &&
+    this->Planes == o.Planes && this->Lights == o.Lights && this->Slice == o.Slice &&
+    this->LatticeStage == o.LatticeStage;
 }
 
 std::uint32_t ViewState::BlockStampIndex() const
@@ -47,11 +49,11 @@ std::size_t ViewState::FeedbackWords() const
 }
 
 bool ViewState::Resize(
-  GPUMemory& memory, int width, int height, const AtlasPlan& plan, bool estimate)
+  GPUMemory& memory, int width, int height, const AtlasPlan& plan, bool estimate, bool firstHit)
 {
   if (width == this->Width_ && height == this->Height_ && plan.Slots == this->Slots &&
     plan.PageBlocks == this->PageBlocks && plan.Native == this->Native_ &&
-    estimate == this->Estimate_ && this->Color.Id() != 0)
+    estimate == this->Estimate_ && firstHit == this->FirstHit_ && this->Color.Id() != 0)
   {
     return true;
   }
@@ -62,6 +64,7 @@ bool ViewState::Resize(
   this->PageBlocks = plan.PageBlocks;
   this->Native_ = plan.Native;
   this->Estimate_ = estimate;
+  this->FirstHit_ = firstHit;
   while (glGetError() != GL_NO_ERROR)
   {
   }
@@ -71,9 +74,10 @@ bool ViewState::Resize(
   this->Depth = make(GL_DEPTH_COMPONENT32F, 4);
   if (plan.Native)
   {
-    this->Native.Resize(width, height, estimate);
+    this->Native.Resize(width, height, estimate, firstHit);
     this->NativeBytes = MemoryShare(memory,
-      (NativeView::BytesPerPixel + (estimate ? sizeof(float) : 0)) *
+      (NativeView::BytesPerPixel + (estimate ? sizeof(float) : 0) +
+        (firstHit ? FirstHitBytesPerPixel : 0)) *
         static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height));
     return glGetError() == GL_NO_ERROR;
   }
@@ -100,6 +104,14 @@ bool ViewState::Resize(
   const std::array<GLenum, 3> targets{ GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1,
     GL_COLOR_ATTACHMENT2 };
   glDrawBuffers(estimate ? 3 : 2, targets.data());
+  if (firstHit)
+  {
+    this->FirstHit = make(GL_RG32F, FirstHitBytesPerPixel);
+    this->HitTarget = GLFramebuffer::Make();
+    glBindFramebuffer(GL_FRAMEBUFFER, this->HitTarget.Id());
+    glFramebufferTexture2D(
+      GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, this->FirstHit.Id(), 0);
+  }
   this->IntervalTarget = GLFramebuffer::Make();
   glBindFramebuffer(GL_FRAMEBUFFER, this->IntervalTarget.Id());
   glFramebufferTexture2D(
@@ -120,6 +132,9 @@ void ViewState::Release()
   this->Intervals.Release();
   this->Depth.Release();
   this->Error.Release();
+  this->FirstHit.Release();
+  this->HitTarget.Release();
+  this->Geometry.reset();
   this->Feedback.Release();
   this->TileList.Release();
   this->StateTarget.Release();
@@ -129,6 +144,7 @@ void ViewState::Release()
   this->Complete.reset();
   this->Native_ = false;
   this->Estimate_ = false;
+  this->FirstHit_ = false;
   this->Width_ = 0;
   this->Height_ = 0;
 }

@@ -6,8 +6,10 @@
 #include "GLObjects.h"
 #include "MarchParameters.h"
 #include "NativeMarcher.h"
+#include "ViewGeometry.h"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -25,6 +27,7 @@ struct PictureKey
   std::vector<PlaneAlongRays> Planes;       ///< that clip
   std::vector<MarchParameters::Vec> Lights; ///< LightTable
   std::shared_ptr<const std::vector<double>> Slice;
+  int LatticeStage = 0; ///< see ImageLattice.h
 
   bool operator==(const PictureKey& o) const;
 };
@@ -37,12 +40,15 @@ class ViewState
 public:
   /// Allocates for a picture of this size and an atlas of this plan; nothing if nothing changed.
   /// Returns false if the driver has no memory.
-  bool Resize(GPUMemory& memory, int width, int height, const AtlasPlan& plan, bool estimate);
+  bool Resize(GPUMemory& memory, int width, int height, const AtlasPlan& plan, bool estimate,
+    bool firstHit = false);
   void Release();
 
   /// Whether it is for the native marcher.
   bool IsNative() const { return this->Native_; }
   bool HasEstimate() const { return this->Estimate_; }
+  bool HasFirstHit() const { return this->FirstHit_; }
+  static constexpr std::uint64_t FirstHitBytesPerPixel = 8;
   int Width() const { return this->Width_; }
   int Height() const { return this->Height_; }
   int TilesX() const { return (this->Width_ + 31) / 32; }
@@ -57,14 +63,17 @@ public:
   GLTexture Position;
   GLTexture Intervals;
   GLTexture Depth;
-  GLTexture Error; ///< estimates, if they are asked for
+  GLTexture Error;    ///< estimates, if they are asked for
+  GLTexture FirstHit; ///< depth and level where the opacity is what is looked for, if it is
   GLBuffer Feedback;
   GLBuffer TileList;
-  GLFramebuffer StateTarget;              ///< colour, position and error, to clear them
-  GLFramebuffer IntervalTarget;           ///< intervals
-  GLFramebuffer EmptyTarget;              ///< no attachment: the marcher writes images
-  std::vector<std::uint32_t> ActiveTiles; ///< x | y << 16
-  std::optional<PictureKey> Complete;     ///< of the picture in Color, if that is complete
+  GLFramebuffer StateTarget;                    ///< colour, position and error, to clear them
+  GLFramebuffer HitTarget;                      ///< first hits, to clear them
+  GLFramebuffer IntervalTarget;                 ///< intervals
+  GLFramebuffer EmptyTarget;                    ///< no attachment: the marcher writes images
+  std::vector<std::uint32_t> ActiveTiles;       ///< x | y << 16
+  std::optional<PictureKey> Complete;           ///< of the picture in Color, if that is complete
+  std::shared_ptr<const ViewGeometry> Geometry; ///< of the first hits
 
 private:
   MemoryShare NativeBytes;
@@ -74,6 +83,7 @@ private:
   std::uint32_t PageBlocks = 0;
   bool Native_ = false;
   bool Estimate_ = false;
+  bool FirstHit_ = false;
 };
 
 } // namespace teravox

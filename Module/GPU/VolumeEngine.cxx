@@ -2,14 +2,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "VolumeEngine.h"
 
+#include "BlockSplit.h"
+#include "EndOrLeave.h"
 #include "GLStateGuard.h"
 #include "MarchSetup.h"
 #include "ScaledBrickSource.h"
 #include "SharedLayout.h"
+#include "WaitScope.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <thread>
 #include <unordered_set>
@@ -26,6 +30,17 @@ constexpr double ShortPass = 0.1;
 // Colours of 16 bits, and roundings of floats along a ray.
 constexpr float FormatError = 2.0e-5f;
 
+std::uint64_t HitBytes(int width, int height)
+{
+  return ViewState::FirstHitBytesPerPixel * static_cast<std::uint64_t>(width) *
+    static_cast<std::uint64_t>(height);
+}
+
+bool AddsUpOpacity(BlendKind kind)
+{
+  return kind == BlendKind::Composite || kind == BlendKind::Isosurface || kind == BlendKind::Slice;
+}
+
 double Now()
 {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -33,29 +48,15 @@ double Now()
 } // namespace
 
 VolumeEngine::VolumeEngine() = default;
-VolumeEngine::~VolumeEngine() = default;
-
-void VolumeEngine::SetSource(std::shared_ptr<BrickSource> source)
+VolumeEngine::~VolumeEngine()
 {
-  if (source == this->Given)
-  {
-    return;
-  }
-  this->Given = std::move(source);
-  this->Exponent = this->Given ? ScaleExponent(this->Given->Info()) : 0;
-  this->Source_ = this->Exponent == 0
-    ? this->Given
-    : std::make_shared<ScaledBrickSource>(this->Given, this->Exponent);
-  this->TableVersion = 0;
-  this->Plan_ = {}; // a new page table with the next frame
-  this->Unanswered = {};
-  this->ForgetPictures();
-  if (this->Loader)
-  {
-    this->Loader->SetSource(0, this->Source_);
-  }
+  EndOrLeave(std::move(this->Ahead));
+  EndOrLeave(std::move(this->Directory));
+  EndOrLeave(std::move(this->Loader));
 }
 
+// Functions that carry out time steps: VolumeEngineSteps.cxx; what a disk may hold up:
+// VolumeEngineStalls.cxx.
 void VolumeEngine::SetSettings(const EngineSettings& settings)
 {
   const bool loader = settings.LoaderThreads != this->Settings.LoaderThreads ||
@@ -63,7 +64,7 @@ void VolumeEngine::SetSettings(const EngineSettings& settings)
   this->Settings = settings;
   if (loader)
   {
-    this->Loader.reset();
+    EndOrLeave(std::move(this->Loader));
   }
 }
 
@@ -72,6 +73,15 @@ void VolumeEngine::SetTransferFunction(TransferFunction function, std::uint64_t 
   if (version != this->FunctionVersion)
   {
     this->Function = std::move(function);
+    this->FunctionVersion = version;
+  }
+}
+
+void VolumeEngine::SetComponentFunctions(ComponentFunctions functions, std::uint64_t version)
+{
+  if (version != this->FunctionVersion)
+  {
+    this->Components_ = std::move(functions);
     this->FunctionVersion = version;
   }
 }
@@ -105,12 +115,16 @@ Status VolumeEngine::PrepareLoader()
   {
     this->Cache = std::make_shared<BrickCache>(forCache);
   }
+  if (forCache < this->Cache->Budget())
+  {
+    this->ForgetOtherSteps(); // what is set aside for them was meant for more
+  }
   this->Cache->SetBudget(forCache);
   if (!this->Loader)
   {
     this->Loader = std::make_unique<BrickLoader>(
       this->Cache, this->Settings.LoaderThreads, this->Settings.ShuffleSeed);
-    this->Loader->SetSource(0, this->Source_);
+    this->Loader->SetSource(this->Current->Volume, this->Source_, true);
   }
   return {};
 }
@@ -118,16 +132,33 @@ Status VolumeEngine::PrepareLoader()
 std::uint64_t VolumeEngine::FixedBytes(const ViewState* except, int width, int height) const
 {
   // 16: the least that the table of slots takes, where the plan needs none.
-  const std::uint64_t tables = sizeof(MarchParameters) + this->Transfer.SizeInBytes() + 16;
+  std::uint64_t tables = sizeof(MarchParameters) + 16;
+  tables += this->HasComponents() ? 0 : this->Transfer.SizeInBytes();
+  tables += this->Gradient.SizeInBytes();
+  for (const TransferTable& table : this->Tables_)
+  {
+    tables += table.SizeInBytes();
+  }
   std::uint64_t bytes = PictureBytes(width, height) + std::max(tables, TableBytesReserved);
   for (const auto& view : this->Views)
   {
     if (view.second.get() != except)
     {
       bytes += PictureBytes(view.second->Width(), view.second->Height());
+      // The plan has room for the feedback of one.
+      bytes += view.second->IsNative() ? 0 : view.second->FeedbackWords() * 4;
+      bytes +=
+        view.second->HasFirstHit() ? HitBytes(view.second->Width(), view.second->Height()) : 0;
     }
   }
   return bytes;
+}
+
+bool VolumeEngine::IsNativeWanted() const
+{
+  return this->Settings.Marcher == MarcherKind::Automatic
+    ? IsSoftwareRenderer()
+    : this->Settings.Marcher == MarcherKind::Native;
 }
 
 Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
@@ -136,17 +167,17 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
   const VoxelFormat format = VoxelFormat::Choose(info.Type);
   const auto view = this->Views.find(request.View);
   AtlasRequest wanted =
-    AtlasRequest::For(format, info.Components, request.Camera.Width, request.Camera.Height);
+    AtlasRequest::For(format, AtlasComponents(info), request.Camera.Width, request.Camera.Height);
   wanted.BudgetBytes = this->Settings.GPUMemoryBudget;
   wanted.ReservedBytes = this->FixedBytes(view == this->Views.end() ? nullptr : view->second.get(),
     request.Camera.Width, request.Camera.Height);
+  wanted.ReservedBytes +=
+    request.HitOpacity ? HitBytes(request.Camera.Width, request.Camera.Height) : 0;
   wanted.MaximumSlots = this->Settings.MaximumSlots;
   GLint largest = 0;
   glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &largest);
   wanted.MaximumTextureSize = largest;
-  wanted.Native = this->Settings.Marcher == MarcherKind::Automatic
-    ? IsSoftwareRenderer()
-    : this->Settings.Marcher == MarcherKind::Native;
+  wanted.Native = this->IsNativeWanted();
   const bool fits = this->Atlas && this->Plan_.Slots != 0 &&
     wanted.BudgetBytes == this->PlannedFor_.BudgetBytes &&
     wanted.MaximumSlots == this->PlannedFor_.MaximumSlots &&
@@ -186,19 +217,7 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
   this->Atlas = std::move(atlas.Value());
   this->Table = std::make_unique<PageTable>(info.Layout, this->Plan_.PageBlocks);
   this->Residency_ = std::make_unique<Residency>(*this->Table, this->Plan_.Slots);
-  for (int l = 0; l < info.Layout.NumberOfLevels(); ++l)
-  {
-    BrickKey first;
-    first.Level = static_cast<std::uint8_t>(l);
-    first.PageLevel = static_cast<std::uint8_t>(info.Layout.PageDepth(l));
-    const auto ranges =
-      this->Source_->ReadRanges(first, info.Layout.Pages(l, info.Layout.PageDepth(l)));
-    // Without them nothing is known to be empty up there; the bricks may be readable all the same.
-    if (ranges)
-    {
-      this->Table->SetDirectoryRanges(l, ranges.Value());
-    }
-  }
+  this->BeginDirectory();
   return {};
 }
 
@@ -221,28 +240,41 @@ void VolumeEngine::KeepCounters()
   }
 }
 
-void VolumeEngine::PinCoarsest()
+void VolumeEngine::PinCoarsest(const std::optional<VoxelBox>& block)
 {
   const PyramidLayout& layout = this->Source_->Info().Layout;
   const int level = layout.NumberOfLevels() - 1;
-  const Int3& n = layout.Bricks(level);
-  std::vector<BrickKey> bricks;
-  if (n[0] * n[1] * n[2] <= this->Plan_.Slots / 4 + 1)
+  const VoxelBox whole{ { 0, 0, 0 }, layout.Dimensions(0) };
+  const BrickBox box = BricksOfBlock(layout, level, block.value_or(whole));
+  const VoxelBox bricks{ box.Low, box.High };
+  std::vector<BrickKey> pinned;
+  if (bricks.Count() <= this->Plan_.Slots / 4 + 1)
   {
-    BrickKey key;
-    key.Level = static_cast<std::uint8_t>(level);
-    for (key.Z = 0; key.Z < n[2]; ++key.Z)
+    for (std::int64_t z = bricks.Low[2]; z < bricks.High[2]; ++z)
     {
-      for (key.Y = 0; key.Y < n[1]; ++key.Y)
+      for (std::int64_t y = bricks.Low[1]; y < bricks.High[1]; ++y)
       {
-        for (key.X = 0; key.X < n[0]; ++key.X)
+        for (std::int64_t x = bricks.Low[0]; x < bricks.High[0]; ++x)
         {
-          bricks.push_back(key);
+          BrickKey& key = pinned.emplace_back();
+          key.Level = static_cast<std::uint8_t>(level);
+          key.X = static_cast<std::uint32_t>(x);
+          key.Y = static_cast<std::uint32_t>(y);
+          key.Z = static_cast<std::uint32_t>(z);
         }
       }
     }
   }
-  this->Residency_->SetPinned(std::move(bricks));
+  this->Residency_->SetPinned(std::move(pinned));
+}
+
+// Not what was missed: where page blocks are missing, that may be empty.
+void VolumeEngine::RecordBricks(const Feedback& feedback)
+{
+  for (const std::uint32_t slot : feedback.UsedSlots)
+  {
+    this->Met.insert(this->Residency_->BrickInSlot(slot));
+  }
 }
 
 Status VolumeEngine::Prepare(const FrameRequest& request)
@@ -250,12 +282,6 @@ Status VolumeEngine::Prepare(const FrameRequest& request)
   if (!this->Source_)
   {
     return Status(StatusCode::InvalidArgument, "There is no brick source to draw.");
-  }
-  if (this->Source_->Info().Components != 1)
-  {
-    return Status(StatusCode::Unsupported,
-      this->Source_->Info().Name + " has " + std::to_string(this->Source_->Info().Components) +
-        " components per voxel; volumes of one component can be drawn.");
   }
   if (!this->Marcher)
   {
@@ -267,19 +293,18 @@ Status VolumeEngine::Prepare(const FrameRequest& request)
     this->Marcher = std::move(marcher.Value());
     this->TableVersion = 0;
   }
-  if (this->TableVersion != this->FunctionVersion || this->Transfer.Nodes == 0 ||
-    this->TableBlend != request.Blend.Kind)
+  const VolumeInfo& info = this->Source_->Info();
+  if (info.Masked && (info.Components > 1 || request.Blend.Kind != BlendKind::Composite))
   {
-    const VolumeInfo& info = this->Source_->Info();
-    this->Drawn = ProjectedFunction(
-      ScaleTransferFunction(this->Function, this->Exponent), request.Blend.Kind, info.Range);
-    this->Transfer =
-      BuildTransferTable(this->Drawn, info.Range, !IsFloat(info.Type), request.ShortestLength);
-    this->Marcher->SetTransferTable(this->Transfer);
-    this->TableVersion = this->FunctionVersion;
-    this->TableBlend = request.Blend.Kind;
+    return Status(StatusCode::Unsupported,
+      info.Name +
+        " has a mask, and such volumes can be drawn by composite blending of one component only.");
   }
-  Status status = this->PrepareLoader();
+  Status status = this->PrepareTables(request);
+  if (status)
+  {
+    status = this->PrepareLoader();
+  }
   if (status)
   {
     status = this->PrepareAtlas(request);
@@ -289,6 +314,48 @@ Status VolumeEngine::Prepare(const FrameRequest& request)
     this->Residency_->SetHostLimit(this->Held);
   }
   return status;
+}
+
+Status VolumeEngine::PrepareTables(const FrameRequest& request)
+{
+  const VolumeInfo& info = this->Source_->Info();
+  const bool current = this->TableVersion == this->FunctionVersion;
+  if (!this->HasComponents())
+  {
+    this->Tables_.clear();
+    if (current && this->Transfer.Nodes != 0 && this->TableBlend == request.Blend.Kind)
+    {
+      return {};
+    }
+    this->Drawn = ProjectedFunction(
+      ScaleTransferFunction(this->Function, this->Exponent), request.Blend.Kind, info.Range);
+    this->Transfer =
+      BuildTransferTable(this->Drawn, info.Range, !IsFloat(info.Type), request.ShortestLength);
+    this->Marcher->SetTransferTable(this->Transfer);
+    this->Gradient = request.Blend.Kind == BlendKind::Composite ? BuildGradientTable(this->Drawn)
+                                                                : GradientTable();
+    this->Marcher->SetGradientTable(this->Gradient);
+  }
+  else if (!current || this->Tables_.empty())
+  {
+    const auto count = static_cast<std::size_t>(info.Components);
+    const bool independent = this->Components_.Mode == ComponentMode::Independent;
+    if (count > MarchParameters::MaximumComponents || this->Components_.Functions.empty() ||
+      (independent ? this->Components_.Functions.size() < count : count == 3))
+    {
+      return Status(StatusCode::Unsupported,
+        info.Name + " has " + std::to_string(count) +
+          " components per voxel; 1 to 4 independent ones and 2 or 4 dependent ones can be drawn.");
+    }
+    this->Tables_ =
+      BuildComponentTables(this->Components_, info, this->Exponent, request.ShortestLength);
+    this->Marcher->SetTransferTables(this->Tables_);
+    this->Gradient = {};
+    this->Marcher->SetGradientTable(this->Gradient);
+  }
+  this->TableVersion = this->FunctionVersion;
+  this->TableBlend = request.Blend.Kind;
+  return {};
 }
 
 void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& parameters) const
@@ -301,15 +368,43 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
   parameters.Value = { static_cast<float>(
                          this->Plan_.Native ? format.Scale : format.NormalizedScale),
     static_cast<float>(format.Offset), 0.0f, 0.0f };
-  parameters.Transfer = TransferParameters(this->Transfer);
+  if (this->HasComponents())
+  {
+    // In the place of nodes are values, which ranges of bricks are of.
+    parameters.Transfer = { 0, 0, 1, 0 };
+    SetComponents(
+      parameters, this->Components_, this->Source_->Info(), this->Exponent, this->Tables_);
+  }
+  else
+  {
+    parameters.Transfer = TransferParameters(this->Transfer);
+    if (!this->Gradient.IsOne())
+    {
+      parameters.Gradient =
+        GradientParameters(this->Drawn, request.Camera.DatasetFromVoxel, this->Exponent);
+    }
+  }
   parameters.Step = StepParameters(request.SampleDistance, request.Tolerance, this->Looseness);
+  if (request.HitOpacity)
+  {
+    // Rays that end early have met it, too.
+    const auto left = static_cast<float>(1 - *request.HitOpacity);
+    parameters.Value[3] = std::max(std::min(left, std::nextafter(1.0f, 0.0f)), parameters.Step[2]);
+  }
   parameters.Switches[0] = request.EmptySpaceSkipping ? 1u : 0u;
   parameters.Limits[0] = MostSteps;
   parameters.Material = request.Material;
   parameters.LightDiffuse = { request.LightDiffuse[0], request.LightDiffuse[1],
     request.LightDiffuse[2], request.TwoSided ? 1.0f : 0.0f };
   parameters.LightSpecular = { request.LightSpecular[0], request.LightSpecular[1],
-    request.LightSpecular[2], static_cast<float>(this->Transfer.LargestExtinction) };
+    request.LightSpecular[2], this->LargestExtinction() };
+  if (this->HasComponents())
+  {
+    // What is left of a ray may be brighter than it is, see ComponentFunctions.
+    parameters.Step[2] /=
+      static_cast<float>(LargestLight(this->Components_, this->Source_->Info().Components));
+    return;
+  }
   Projection scaled = request.Blend;
   for (double& value : scaled.IsoValues)
   {
@@ -319,6 +414,23 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
   scaled.RangeHigh = std::ldexp(scaled.RangeHigh, -this->Exponent);
   SetProjection(
     parameters, scaled, this->Drawn, this->Transfer, this->Function.UnitDistance, format.Relative);
+}
+
+float VolumeEngine::LargestExtinction() const
+{
+  if (!this->HasComponents())
+  {
+    return static_cast<float>(this->Transfer.LargestExtinction);
+  }
+  // Components together have at most the largest extinction per weight.
+  double largest = 0;
+  for (std::size_t c = 0; c < this->Tables_.size(); ++c)
+  {
+    const double weight =
+      this->Components_.Mode == ComponentMode::Independent ? this->Components_.Weight[c] : 1;
+    largest = weight > 0 ? std::max(largest, this->Tables_[c].LargestExtinction / weight) : largest;
+  }
+  return static_cast<float>(largest);
 }
 
 bool VolumeEngine::Carry(FramePlan plan)
@@ -337,26 +449,37 @@ bool VolumeEngine::Carry(FramePlan plan)
     this->Operations_ += change.Count;
   }
   this->Failures.insert(this->Failures.end(), plan.Failures.begin(), plan.Failures.end());
+  this->FailedAt = plan.Failures.empty() ? this->FailedAt : Now();
   const bool changed = !plan.Uploads.empty() || !changes.empty();
+  for (LoadRequest& wish : plan.Requests)
+  {
+    wish.Key.Volume = this->Current->Volume;
+  }
   this->Loader->Request(std::move(plan.Requests));
   return changed;
 }
 
-ShaderVariant VolumeEngine::VariantOf(const FrameRequest& request, const VoxelFormat& format)
+ShaderVariant VolumeEngine::VariantOf(const FrameRequest& request, const VoxelFormat& format) const
 {
   ShaderVariant variant;
   variant.Nearest = request.Nearest;
   variant.Blend = request.Blend.Kind;
   const bool isComposite = variant.Blend == BlendKind::Composite;
-  variant.FixedStep = !request.Nearest && request.Tolerance <= 0 && isComposite;
+  variant.Masked = this->Source_->Info().Masked;
+  variant.FixedStep = !request.Nearest && request.Tolerance <= 0 && isComposite && !variant.Masked;
   variant.FloatData = format.IsFloat();
   variant.SlotTable = format.Relative;
   variant.Shade = request.Shade && (isComposite || variant.Blend == BlendKind::Isosurface);
   variant.Lights = variant.Shade && !request.Lights.empty();
+  variant.GradientOpacity = !this->Gradient.IsOne() && !request.ShowLevel && !variant.Masked;
   variant.Interactive = !request.Converge;
   variant.Count = request.CountSamples;
   variant.ShowLevel = request.ShowLevel;
   variant.Estimate = request.ErrorEstimate && !request.ShowLevel && isComposite;
+  variant.Components = this->Source_->Info().Components;
+  variant.Dependent = this->HasComponents() && this->Components_.Mode == ComponentMode::Dependent;
+  variant.FirstHit =
+    request.HitOpacity.has_value() && !request.ShowLevel && AddsUpOpacity(variant.Blend);
   return variant;
 }
 
@@ -384,12 +507,18 @@ Status VolumeEngine::RunPasses(
   bool waiting = false;
   bool unfinished = true;
   bool drawn = false;
-  double lastProgress = Now();
+  bool fallback = false;
   double lastPass = 0;
+  const std::uint64_t evictions = this->Evictions();
+  bool evicting = false;
+  if (!this->AwaitDirectory(request))
+  {
+    return {};
+  }
+  double lastProgress = Now();
   while (true)
   {
-    const bool changed =
-      this->Carry(this->Residency_->Step(feedback, this->Loader->TakeFinished(), order));
+    const bool changed = this->Carry(this->Residency_->Step(feedback, this->TakeFinished(), order));
     this->Frame.MissingBricks = this->Residency_->NumberOfMissing();
     if (changed)
     {
@@ -413,9 +542,16 @@ Status VolumeEngine::RunPasses(
       const double until = Now() + std::min(0.02, lastPass);
       while (this->Loader->Pending() > 0 && Now() < until)
       {
+        const WaitScope waitingForBricks;
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       }
       continue;
+    }
+    if (!evicting && this->Evictions() != evictions)
+    {
+      // The bricks don't stay until the lattice is finer: those that are there serve all rays.
+      evicting = true;
+      this->Marcher->CastAll(view);
     }
     variant.Substitute = !variant.Interactive && this->Table->NumberOfFailed() > 0;
     const double start = Now();
@@ -439,11 +575,16 @@ Status VolumeEngine::RunPasses(
     this->Frame.ContributingSamples += pass.Value().Contributing;
     this->Frame.Gradients += pass.Value().Gradients;
     this->Frame.Visits += pass.Value().Visits;
+    fallback = fallback || pass.Value().Fallback;
     feedback = std::move(pass.Value().Report);
+    if (request.RecordBricks)
+    {
+      this->RecordBricks(feedback);
+    }
     lastProgress = waiting ? lastProgress : Now();
     if (!request.Converge)
     {
-      this->Frame.Converged = !unfinished && !pass.Value().Fallback && this->Looseness == 1 &&
+      this->Frame.Converged = !unfinished && !fallback && this->Looseness == 1 &&
         this->Residency_->NumberOfFailedBlocks() == 0;
     }
     if (!waiting && !unfinished)
@@ -461,17 +602,50 @@ Status VolumeEngine::RunPasses(
   {
     this->Unanswered.Missed = feedback.Missed;
   }
-  this->Carry(this->Residency_->Step(feedback, this->Loader->TakeFinished(), order));
+  this->Carry(this->Residency_->Step(feedback, this->TakeFinished(), order));
   return {};
 }
 
+namespace
+{
+int FirstStageOf(const FrameRequest& request, const ShaderVariant& variant,
+  const MarchParameters& parameters, const IntervalParameters& intervals,
+  const LatticeLimits& limits, const ViewState& view)
+{
+  // Fields with steps are pictures with steps; levels and hits aren't in between.
+  // The rays of several components note nothing for their neighbours, nor do they know of gradients
+  // between them; masks end without a warning.
+  const bool smooth = variant.Components == 1 && !variant.GradientOpacity && !variant.Masked &&
+    !request.Nearest && !request.ShowLevel && !request.HitOpacity && request.Tolerance > 0 &&
+    request.Blend.Kind == BlendKind::Composite;
+  return smooth && view.IsNative()
+    ? FirstLatticeStage(parameters, intervals, limits, request.LatticeStages)
+    : 0;
+}
+} // namespace
+
 Status VolumeEngine::Render(const FrameRequest& request)
 {
+  // What tells which prop a pixel belongs to is no frame.
+  struct Keeper
+  {
+    FrameStatistics& Frame;
+    FrameStatistics Before;
+    bool On;
+    ~Keeper()
+    {
+      if (this->On)
+      {
+        this->Frame = this->Before;
+      }
+    }
+  } const keeper{ this->Frame, this->Frame, request.Final.PropColor.has_value() };
   const std::uint64_t draws = this->Frame.Draws + 1;
   this->Frame = {};
   this->Frame.Draws = draws;
   this->Operations_ = 0;
   const GLStateGuard guard;
+  this->RetryInTime(request);
   if (Status status = this->Prepare(request); !status)
   {
     return status;
@@ -487,7 +661,7 @@ Status VolumeEngine::Render(const FrameRequest& request)
     view = std::make_unique<ViewState>();
   }
   if (!view->Resize(this->Memory_, request.Camera.Width, request.Camera.Height, this->Plan_,
-        request.ErrorEstimate))
+        request.ErrorEstimate, request.HitOpacity.has_value()))
   {
     view->Release();
     return Status(StatusCode::ResourceExhausted,
@@ -501,6 +675,7 @@ Status VolumeEngine::Render(const FrameRequest& request)
   }
   MarchParameters& parameters = geometry.Value().Parameters;
   this->FillParameters(request, parameters);
+  this->Frame.Tolerance = request.Tolerance * this->Looseness;
   this->EstimateStep = parameters.Step;
   this->EstimateKnown =
     (request.Tolerance > 0 || request.Nearest) && request.Blend.Kind == BlendKind::Composite;
@@ -512,22 +687,38 @@ Status VolumeEngine::Render(const FrameRequest& request)
     parameters.Normal = geometry.Value().ViewNormal;
   }
   geometry.Value().Intervals.HasDepth = request.UseDepth;
+  geometry.Value().Intervals.Far = std::min(geometry.Value().Intervals.Far,
+    static_cast<float>(request.EndDepth - geometry.Value().DepthOrigin));
+  view->Geometry = request.HitOpacity ? std::make_shared<ViewGeometry>(geometry.Value()) : nullptr;
+  const LatticeLimits limits = LatticeLimitsOf(request.Tolerance, this->Looseness);
+  const ShaderVariant variant = this->VariantOf(request, this->Atlas->Format());
+  const RayMarcher::LatticeOptions lattice{
+    FirstStageOf(request, variant, parameters, geometry.Value().Intervals, limits, *view), limits
+  };
   const PictureKey key{ parameters, geometry.Value().Intervals, this->FunctionVersion,
-    VariantOf(request, this->Atlas->Format()).Key(), geometry.Value().Planes, lights,
-    request.SliceDepths };
+    variant.Key(), geometry.Value().Planes, lights, request.SliceDepths, lattice.Stage };
   if (this->IsStillThere(request, *view, key))
   {
     this->Frame.Converged = true;
-    return this->Marcher->Compose(*view, request.Framebuffer, request.X, request.Y);
+    return this->Show(request, *view);
   }
   view->Complete.reset();
+  this->Ahead->Cancel();
+  if (request.Converge)
+  {
+    this->Ahead->EndWithin(PatienceAtTheEnd);
+  }
+  if (request.RecordBricks)
+  {
+    this->Met.clear();
+  }
   if (request.Converge)
   {
     this->Residency_->SetPinned({});
   }
   else
   {
-    this->PinCoarsest();
+    this->PinCoarsest(request.Camera.Block);
   }
   this->Marcher->SetLights(std::move(lights));
   const double start = Now();
@@ -542,14 +733,16 @@ Status VolumeEngine::Render(const FrameRequest& request)
     }
   }
   Status status = this->Marcher->Begin(
-    *view, parameters, geometry.Value().Intervals, geometry.Value().Planes, slice);
+    *view, parameters, geometry.Value().Intervals, geometry.Value().Planes, slice, lattice);
   if (status)
   {
     status = this->RunPasses(request, *view, parameters, geometry.Value().Order);
   }
+  view->Native.FillDeferred();
   if (status && this->Frame.Converged)
   {
     view->Complete = key;
+    this->StartReadAhead(request, geometry.Value().Order);
   }
   if (!request.Converge && request.TimeBudget > 0)
   {
@@ -565,8 +758,17 @@ Status VolumeEngine::Render(const FrameRequest& request)
   }
   if (status)
   {
-    status = this->Marcher->Compose(*view, request.Framebuffer, request.X, request.Y);
+    status = this->Show(request, *view);
   }
+  return status;
+}
+
+Status VolumeEngine::Show(const FrameRequest& request, ViewState& view)
+{
+  const Status status = request.Show
+    ? this->Marcher->Compose(view, request.Framebuffer, request.X, request.Y, request.Final)
+    : Status();
+  this->Frame.Converged = this->Frame.Converged && status.Ok();
   return status;
 }
 
@@ -582,8 +784,15 @@ std::vector<float> VolumeEngine::ReadColors(const void* view, int& width, int& h
   width = found->second->Width();
   height = found->second->Height();
   std::vector<float> colors(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
-  found->second->Color.Bind(0);
-  glGetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, colors.data());
+  if (found->second->IsNative())
+  {
+    colors = found->second->Native.Color;
+  }
+  else
+  {
+    found->second->Color.Bind(0);
+    glGetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, colors.data());
+  }
   for (std::size_t i = 3; i < colors.size(); i += 4)
   {
     colors[i] = 1.0f - colors[i];
@@ -618,6 +827,9 @@ std::vector<float> VolumeEngine::ReadErrors(const void* view, int& width, int& h
     state.Error.Bind(0);
     glGetTexImage(GL_TEXTURE_2D, 0, GL_RED, GL_FLOAT, errors.data());
   }
+  const float brightest = this->HasComponents()
+    ? static_cast<float>(LargestLight(this->Components_, this->Source_->Info().Components))
+    : 1.0f;
   const std::unordered_set<std::uint32_t> underWay(
     state.ActiveTiles.begin(), state.ActiveTiles.end());
   for (std::size_t i = 0; i < errors.size(); ++i)
@@ -630,10 +842,37 @@ std::vector<float> VolumeEngine::ReadErrors(const void* view, int& width, int& h
     errors[i] += state.IsNative() ? this->EstimateStep[1] * colors[4 * i + 3] : 0;
     constexpr std::int32_t done = 2;
     const bool ended = underWay.count(tile) == 0 || (positions[4 * i + 3] >> 16 & 3) == done;
-    errors[i] += !ended || left <= this->EstimateStep[2] ? left : 0;
-    errors[i] = this->EstimateKnown ? std::min(errors[i] + FormatError, 1.0f) : 1;
+    errors[i] += !ended || left <= this->EstimateStep[2] ? brightest * left : 0;
+    errors[i] = this->EstimateKnown ? std::min(errors[i] + FormatError, brightest) : brightest;
   }
   return errors;
+}
+
+std::optional<FirstHits> VolumeEngine::ReadFirstHits(const void* view)
+{
+  const auto found = this->Views.find(view);
+  if (found == this->Views.end() || !found->second->HasFirstHit())
+  {
+    return std::nullopt;
+  }
+  const ViewState& state = *found->second;
+  FirstHits hits;
+  hits.Geometry = state.Geometry;
+  const GLStateGuard guard;
+  if (state.Geometry->Intervals.HasDepth)
+  {
+    hits.Opaque = RayMarcher::ReadDepth(state);
+  }
+  if (state.IsNative())
+  {
+    hits.DepthAndLevel = state.Native.FirstHit;
+    return hits;
+  }
+  hits.DepthAndLevel.resize(
+    static_cast<std::size_t>(state.Width()) * static_cast<std::size_t>(state.Height()) * 2);
+  state.FirstHit.Bind(0);
+  glGetTexImage(GL_TEXTURE_2D, 0, GL_RG, GL_FLOAT, hits.DepthAndLevel.data());
+  return hits;
 }
 
 void VolumeEngine::ReleaseGraphics()
@@ -642,9 +881,24 @@ void VolumeEngine::ReleaseGraphics()
   this->Views.clear();
   this->Atlas.reset();
   this->Residency_.reset();
+  EndOrLeave(std::move(this->Directory));
   this->Table.reset();
   this->Marcher.reset();
   this->Plan_ = {};
+}
+
+void VolumeEngine::AbandonGraphics()
+{
+  const LostContext lost;
+  this->ReleaseGraphics();
+}
+
+void VolumeEngine::KeepViews(const std::set<const void*>& views)
+{
+  for (auto at = this->Views.begin(); at != this->Views.end();)
+  {
+    at = views.count(at->first) != 0 ? std::next(at) : this->Views.erase(at);
+  }
 }
 
 void VolumeEngine::RetryFailed()

@@ -6,9 +6,14 @@
 #include "BrickCache.h"
 #include "BrickLoader.h"
 #include "BrickSource.h"
+#include "Components.h"
+#include "DirectoryReader.h"
+#include "GradientTable.h"
+#include "ImageLattice.h"
 #include "LightSetup.h"
 #include "Projection.h"
 #include "RayMarcher.h"
+#include "ReadAhead.h"
 #include "Residency.h"
 #include "TransferTable.h"
 #include "ViewGeometry.h"
@@ -16,10 +21,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
 namespace teravox
@@ -53,6 +61,7 @@ struct FrameRequest
   GLuint Framebuffer = 0;
   int X = 0; ///< lower left of the viewport in the frame buffer, pixels
   int Y = 0;
+  double EndDepth = std::numeric_limits<double>::infinity(); ///< view depth where rays end, too
   bool UseDepth = true; ///< rays end at the frame buffer's depth; else nothing reads it
   bool Nearest = false;
   bool Shade = false;
@@ -64,17 +73,26 @@ struct FrameRequest
   double Tolerance = 1.0 / 255;   ///< epsilon; 0: SampleDistance rules
   double SampleDistance = 1;      ///< world units
   double ShortestLength = 1e-3;   ///< a wall (opacity 1) of this world length lets nothing pass
+  /// Pixels between rays may be interpolated: up to this stage (ImageLattice.h); 0: all are cast.
+  int LatticeStages = MostLatticeStages;
   bool EmptySpaceSkipping = true;
   bool ReusePicture = true; ///< the last picture again, where it is complete and the same
   bool CountSamples = false;
   bool ShowLevel = false;
   bool ErrorEstimate = false;
+  bool RecordBricks = false; ///< see VolumeEngine::BricksMet()
+  /// Keep where each ray's opacity passes this (0...1), in blend modes that add up opacity
+  /// (composite, isosurfaces, slices). Not together with CountSamples, ShowLevel, ErrorEstimate.
+  std::optional<double> HitOpacity;
+  bool Show = true; ///< put the picture into the frame buffer
+  Composition Final;
   Projection Blend; ///< in data values
   /// Of the blend mode Slice: per pixel, rows from the bottom, the view depth at which its ray
   /// meets the slice, NaN if it doesn't.
   std::shared_ptr<const std::vector<double>> SliceDepths;
   bool Converge = true;  ///< return when the picture is converged; else draw what is there
   double TimeBudget = 0; ///< seconds per frame when not converging; <= 0: none
+  double RetryAfter = 0; ///< seconds after which what couldn't be read is asked for again; 0: never
   double Timeout = 0;    ///< seconds without progress after which converging gives up; 0: never
   std::function<bool()> Abort; ///< polled between passes
 };
@@ -85,6 +103,7 @@ struct FrameStatistics
   bool TimedOut = false;
   bool Aborted = false;
   std::size_t MissingBricks = 0;
+  double Tolerance = 0; ///< by which steps were taken: what was asked for, or more in a hurry
   std::uint64_t Passes = 0;
   std::uint64_t Samples = 0;             ///< cells or samples of the field looked at
   std::uint64_t EvaluatedSamples = 0;    ///< of them those whose colour was computed
@@ -92,6 +111,16 @@ struct FrameStatistics
   std::uint64_t Gradients = 0;           ///< places where gradients were computed
   std::uint64_t Visits = 0;              ///< of rays: bricks, and empty regions left at once
   std::uint64_t Draws = 0;
+};
+
+/// Where the opacity of rays passes FrameRequest::HitOpacity.
+struct FirstHits
+{
+  /// Per pixel, rows from the bottom: depth along the ray, that is view depth without
+  /// Geometry->DepthOrigin, and the level drawn there; both NativeView::NoHit where it doesn't.
+  std::vector<float> DepthAndLevel;
+  std::shared_ptr<const ViewGeometry> Geometry;
+  std::vector<float> Opaque; ///< depth buffer's depth of opaque geometry; empty: there is none
 };
 
 /// The renderer of one volume in one GL context, between plain values and GL: source, loader, host
@@ -107,10 +136,18 @@ public:
   VolumeEngine& operator=(VolumeEngine&&) = delete;
   ~VolumeEngine();
 
-  void SetSource(std::shared_ptr<BrickSource> source);
+  /// `series`, `step`: what the source is a step of. Then bricks of the steps beside it are read
+  /// into the host cache once the picture is complete, and those of the step before are kept there.
+  void SetSource(std::shared_ptr<BrickSource> source, std::shared_ptr<BrickSeries> series = nullptr,
+    int step = 0);
+  /// Waits until nothing more is read ahead; false on time-out.
+  bool WaitForReadAhead(double seconds) { return this->Ahead->Wait(seconds); }
+  std::uint64_t BricksReadAhead() const { return this->Ahead->BricksRead(); }
   void SetSettings(const EngineSettings& settings);
   /// The function in data values; uploaded at the next frame. `version` tells whether it changed.
   void SetTransferFunction(TransferFunction function, std::uint64_t version);
+  /// The same for sources whose voxels have several components; drawn by composite blending only.
+  void SetComponentFunctions(ComponentFunctions functions, std::uint64_t version);
 
   /// GL. Draws one frame. Errors leave the frame buffer untouched.
   Status Render(const FrameRequest& request);
@@ -122,12 +159,27 @@ public:
   /// were missing or can't be read, an estimate for steps. 1 where nothing is known (fixed steps).
   /// Empty if that frame had no estimate.
   std::vector<float> ReadErrors(const void* view, int& width, int& height);
+  /// GL. Of the last frame of a view; nothing if that had no HitOpacity.
+  std::optional<FirstHits> ReadFirstHits(const void* view);
+  /// GL. The first hit of the ray of one pixel (from the lower left) of the picture that `request`
+  /// was drawn for; it ends where that one's rays ended at opaque geometry. Converges; leaves
+  /// pictures and statistics of frames as they are.
+  Result<FirstHits> DrawOneRay(const FrameRequest& request, int x, int y, double opacity);
   /// GL. Frees everything that lives in the context.
   void ReleaseGraphics();
+  /// Forgets it: that context doesn't exist any more.
+  void AbandonGraphics();
+  /// GL. Frees the states of all views but these.
+  void KeepViews(const std::set<const void*>& views);
+  /// Whether anything lives in a context.
+  bool HasGraphics() const { return this->Marcher != nullptr || !this->Views.empty(); }
   /// Bricks that couldn't be read are asked for again.
   void RetryFailed();
 
   const FrameStatistics& LastFrame() const { return this->Frame; }
+  /// The bricks of the drawn levels, and of ancestors drawn instead, that rays of the last frame
+  /// with RecordBricks needed; unordered. Complete where that frame has converged.
+  const std::unordered_set<BrickKey, BrickKeyHash>& BricksMet() const { return this->Met; }
   /// Failures since the last call.
   std::vector<LoadResult> TakeFailures();
   std::uint64_t BricksLoaded() const { return this->BricksUploaded; }
@@ -164,17 +216,38 @@ public:
 private:
   Status Prepare(const FrameRequest& request);
   Status PrepareAtlas(const FrameRequest& request);
-  void PinCoarsest();
+  void PinCoarsest(const std::optional<VoxelBox>& block);
+  void RecordBricks(const Feedback& feedback);
   Status PrepareLoader();
+  void ForgetStep(const StepVolume& step);
+  void ForgetOtherSteps();
+  void KeepStep(const std::shared_ptr<StepVolume>& step);
+  std::shared_ptr<StepVolume> StepOf(int step);
+  std::vector<LoadResult> TakeFinished();
+  VisibleValues FindVisible(const FrameRequest& request) const;
+  /// What an interactive frame waits at most for what usually comes at once, in seconds.
+  static constexpr double ShortWait = 0.05;
+  void StartReadAhead(const FrameRequest& request, const ViewOrder& order);
   void FillParameters(const FrameRequest& request, MarchParameters& parameters) const;
   Status RunPasses(const FrameRequest& request, ViewState& view, MarchParameters& parameters,
     const ViewOrder& order);
   bool Carry(FramePlan plan);
-  static ShaderVariant VariantOf(const FrameRequest& request, const VoxelFormat& format);
+  void BeginDirectory();
+  bool TakeDirectory(double seconds);
+  bool AwaitDirectory(const FrameRequest& request);
+  void EndReadAhead();
+  void RetryInTime(const FrameRequest& request);
+  Status Show(const FrameRequest& request, ViewState& view);
+  ShaderVariant VariantOf(const FrameRequest& request, const VoxelFormat& format) const;
   bool IsStillThere(const FrameRequest& request, ViewState& view, const PictureKey& key);
   void ForgetPictures();
   void KeepCounters();
   bool AnyFailed() const { return this->FailedBricks() + this->FailedPageBlocks() > 0; }
+  bool HasComponents() const { return this->Source_->Info().Components > 1; }
+  bool IsNativeWanted() const;
+  float LargestExtinction() const;
+  Status PrepareTables(const FrameRequest& request);
+  double OpaqueDepth(const FrameRequest& request, int x, int y) const;
   std::uint64_t FixedBytes(const ViewState* except, int width, int height) const;
 
   GPUMemory Memory_; // outlives everything that reports to it
@@ -193,12 +266,16 @@ private:
   std::unique_ptr<BrickAtlas> Atlas;
   std::map<const void*, std::unique_ptr<ViewState>> Views;
   TransferFunction Function;
+  ComponentFunctions Components_;     ///< instead of Function for several components
+  std::vector<TransferTable> Tables_; ///< instead of Transfer, likewise
   std::uint64_t FunctionVersion = 0;
   std::uint64_t TableVersion = 0;
   BlendKind TableBlend = BlendKind::Composite; ///< mode that Transfer was made for
   TransferFunction Drawn;                      ///< what Transfer was made of
   TransferTable Transfer;
+  GradientTable Gradient; ///< of Drawn; of several components and other blend modes none
   FrameStatistics Frame;
+  std::unordered_set<BrickKey, BrickKeyHash> Met;
   Feedback Unanswered; ///< what the last interactive frame missed
   std::vector<LoadResult> Failures;
   std::uint64_t BricksUploaded = 0;
@@ -210,7 +287,18 @@ private:
   /// The shares of the tolerance (MarchParameters::Step) of the last frame with an estimate.
   MarchParameters::Vec EstimateStep{};
   bool EstimateKnown = false; ///< it had steps that know their error
+  char OneRay = 0;            ///< its address is the view of DrawOneRay()
   double Looseness = 1;       ///< factor of the tolerance while frames must be fast
+  std::shared_ptr<BrickSeries> Series;
+  std::shared_ptr<StepVolume> Current; ///< whose Source is Source_
+  /// Other steps of the series, the one that was shown longest ago first.
+  std::vector<std::shared_ptr<StepVolume>> OtherSteps;
+  std::uint32_t NextVolume = 0;
+  int Direction = 1;                                                ///< of the last change of step
+  std::unique_ptr<ReadAhead> Ahead = std::make_unique<ReadAhead>(); ///< never null
+  std::unique_ptr<DirectoryReader> Directory; ///< while the page table waits for it
+  bool DirectoryAwaited = false;              ///< a frame has waited for it
+  double FailedAt = 0;                        ///< when a brick or page block last failed
 };
 
 } // namespace teravox

@@ -6,6 +6,7 @@
 // computed again (contract 1b).
 //
 // A translation unit sets TERAVOX_KERNEL to a namespace of its own and includes this file.
+#include "ImageLattice.h"
 #include "NativeScene.h"
 #include "SharedLayout.h"
 
@@ -27,18 +28,32 @@ constexpr int MacroEdge = NativeScene::MacroEdge;
 // clang-format off
 #include "KernelVector.h"
 #include "KernelTransfer.h"
+#include "KernelComponentTables.h"
 #include "KernelRay.h"
 #include "KernelCut.h"
 #include "KernelCells.h"
 #include "KernelLight.h"
+#include "KernelExtinction.h"
+#if TERAVOX_GRADIENT_OPACITY
+#include "KernelGradient.h"
+#endif
 #include "KernelProjectionState.h"
+#include "KernelWatchState.h"
+#include "KernelTurns.h"
 #include "KernelPieces.h"
 #include "KernelWalk.h"
+#include "KernelMask.h"
 #include "KernelSpan.h"
+#include "KernelWatch.h"
 #include "KernelBrick.h"
 #include "KernelFixed.h"
+#if TERAVOX_COMPONENTS
+#include "KernelComponentPieces.h"
+#include "KernelComponents.h"
+#endif
 #include "KernelProjection.h"
 #include "KernelProjectionLots.h"
+#include "KernelDraw.h"
 // clang-format on
 enum Status : std::int32_t
 {
@@ -48,9 +63,25 @@ enum Status : std::int32_t
   StatusLocate = 3 // at the begin of the level
 };
 
-// The interval of view depth from the box, the near plane, clipping planes and opaque depth
-// (Intervals.frag). `lit`: where a light at the eye is taken; VTK's doesn't know of clipping
-// planes.
+// Shortens an interval to what lies in the block that is drawn. Its faces are met at the depths at
+// which those of bricks are.
+inline void KeepBlock(const IntervalParameters& v, const Ray& ray, float& first, float& last)
+{
+  if (!v.HasBlock)
+  {
+    return;
+  }
+  const Quad a =
+    (Quad{ v.BlockLow[0], v.BlockLow[1], v.BlockLow[2], 0.0f } - ray.Origin) * ray.Inverse;
+  const Quad b =
+    (Quad{ v.BlockHigh[0], v.BlockHigh[1], v.BlockHigh[2], 0.0f } - ray.Origin) * ray.Inverse;
+  first = Max(first, Largest(a < b ? a : b));
+  last = Min(last, LeastOfThree(a < b ? b : a)[0]);
+}
+
+// The interval of view depth from the box, the block, the near plane, clipping planes and opaque
+// depth (Intervals.frag). `lit`: where a light at the eye is taken; VTK's doesn't know of clipping
+// planes, nor of blocks.
 inline bool FindInterval(
   const NativeScene& scene, const Ray& ray, int x, int y, float& first, float& last, float& lit)
 {
@@ -63,6 +94,7 @@ inline bool FindInterval(
   first = Max(Largest(a < b ? a : b), v.Near);
   last = Min(LeastOfThree(a < b ? b : a)[0], v.Far);
   lit = first;
+  KeepBlock(v, ray, first, last);
   ClipInterval(scene, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, first, last);
   if (scene.Blend == BlendKind::Slice)
   {
@@ -77,35 +109,6 @@ inline bool FindInterval(
   return first < last;
 }
 
-template <typename T>
-inline void IntegrateMapped(
-  Context& c, State& state, const Ray& ray, BrickView view, std::uint32_t slot, float t0, float t1)
-{
-  const NativeScene& scene = c.Scene;
-  if (scene.Blend != BlendKind::Composite)
-  {
-    ProjectMapped<T>(c, state, ray, view, t0, t1);
-    return;
-  }
-  if (scene.FixedStep)
-  {
-    scene.Shade ? IntegrateFixed<T, true>(c, state, ray, view, t0, t1)
-                : IntegrateFixed<T, false>(c, state, ray, view, t0, t1);
-    return;
-  }
-  view.Occupancy = OccupancyOf<T>(c, view, slot);
-  if (scene.Nearest)
-  {
-    scene.Shade ? IntegrateBrick<T, true, true>(c, state, ray, view, t0, t1)
-                : IntegrateBrick<T, false, true>(c, state, ray, view, t0, t1);
-  }
-  else
-  {
-    scene.Shade ? IntegrateBrick<T, true, false>(c, state, ray, view, t0, t1)
-                : IntegrateBrick<T, false, false>(c, state, ray, view, t0, t1);
-  }
-}
-
 inline void Request(NativeReport& report, int level, Index brick, float weight)
 {
   const std::uint32_t at[3] = { brick[0], brick[1], brick[2] };
@@ -113,7 +116,7 @@ inline void Request(NativeReport& report, int level, Index brick, float weight)
 }
 
 // The finest ancestor that can be drawn instead of a brick: resident (interactive), or readable (a
-// failed brick: requested and waited for). Returns false if the ray has to wait.
+// failed brick: requested, and waited for when converging). Returns false if the ray has to wait.
 inline bool FindAncestor(
   Context& c, NativeReport& report, Found& found, int& level, Index& brick, float weight)
 {
@@ -128,7 +131,10 @@ inline bool FindAncestor(
     if (at.Kind == FoundKind::Missing && failed)
     {
       Request(report, l, coarse, weight);
-      return false;
+      if (!c.Scene.Interactive)
+      {
+        return false;
+      }
     }
     if (at.Kind != FoundKind::Missing && at.Kind != FoundKind::Failed)
     {
@@ -153,12 +159,20 @@ inline float SubstituteError(
 {
   float least = 0;
   float most = 0;
+#if TERAVOX_COMPONENTS
+  const float brightestLight = LargestLight(c);
+  ComponentExtremes(c, wanted.Low, wanted.High, most);
+#else
+  constexpr float brightestLight = 1.0f;
   ExtremesBetween(c.Table, wanted.Low, wanted.High, least, most);
-  least = c.Scene.FloatTexels ? 0.0f : least; // there may be voxels without a value
+#endif
+  // There may be voxels without a value or outside of the mask, and gradients that leave nothing.
+  least = c.Scene.FloatTexels || c.Scene.Masked || GradientOpacity ? 0.0f : least;
   const float darkest = before.Transmittance * ExpOfMinus(most * length);
   const float brightest = before.Transmittance * ExpOfMinus(least * length);
   const Quad drawn = after.Color - before.Color;
-  const float light = Max(Max(drawn[0], Max(drawn[1], drawn[2])), before.Transmittance - darkest);
+  const float light =
+    Max(Max(drawn[0], Max(drawn[1], drawn[2])), brightestLight * (before.Transmittance - darkest));
   return light + Max(Abs(after.Transmittance - darkest), Abs(after.Transmittance - brightest));
 }
 
@@ -172,8 +186,9 @@ struct Position
 };
 
 // The bricks of one level within an interval, from `begin` on. Returns whether the ray waits.
+// `hit`: where the depth and level are put at which the ray meets what is looked for, or nothing.
 inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray& ray, Position& at,
-  const Level& here, float begin, float& end, bool& finished)
+  const Level& here, float begin, float& end, bool& finished, float* hit)
 {
   const MarchParameters& p = c.P;
   bool running = begin < end;
@@ -223,31 +238,7 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
       next += WithFourth(met & (2 * ray.Positive - 1), 0);
     }
     const State before = state;
-    if (found.Kind == FoundKind::Mapped)
-    {
-      const BrickView view = ViewBrick(c.Scene, c.Table, ray, drawnLevel, drawn, found.Slot);
-      if (c.Scene.FloatTexels)
-      {
-        IntegrateMapped<float>(c, state, ray, view, found.Slot, t0, t1);
-      }
-      else if (c.Scene.BytesPerTexel == 1)
-      {
-        IntegrateMapped<std::uint8_t>(c, state, ray, view, found.Slot, t0, t1);
-      }
-      else
-      {
-        IntegrateMapped<std::uint16_t>(c, state, ray, view, found.Slot, t0, t1);
-      }
-    }
-    else if (found.Kind == FoundKind::Single && c.Scene.Blend != BlendKind::Composite)
-    {
-      ProjectConstant(c, state, ray, TransferPosition(c.Table, found.Low, found.High), t0, t1);
-    }
-    else if (found.Kind == FoundKind::Single)
-    {
-      IntegrateConstant(c, state, ray, TransferPosition(c.Table, found.Low, found.High), t0, t1);
-      report.Evaluated += 1;
-    }
+    DrawAndSearch(c, state, ray, found, drawnLevel, drawn, t0, t1, hit);
     if (substituted && c.Scene.Error != nullptr && t1 > t0)
     {
       // Its own pieces don't matter then.
@@ -272,6 +263,8 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
   return false;
 }
 
+#include "KernelLattice.h"
+
 // One pass of one ray.
 inline void MarchRay(Context& c, NativeReport& report, int x, int y)
 {
@@ -279,6 +272,10 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   const MarchParameters& p = c.P;
   const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(scene.Width) +
     static_cast<std::size_t>(x);
+  if (scene.Lattice != nullptr && (scene.Lattice[pixel] & RayDeferred) != 0)
+  {
+    return;
+  }
   std::int32_t* position = scene.Position + 4 * pixel;
   float* color = scene.Color + 4 * pixel;
   Position at{ Index{ static_cast<std::uint32_t>(position[0]),
@@ -312,6 +309,13 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
       SetRayLight(c.Light, ray, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
     }
   }
+  if (scene.Missed != nullptr)
+  {
+    c.Watch = {};
+    c.Watch.Missed = scene.Missed[pixel];
+    c.Watch.End = scene.Reach[pixel];
+    scene.Lattice[pixel] = RayInside;
+  }
   c.Steps = 0;
   bool waiting = false;
   while (at.Status != StatusDone && !waiting && c.Steps < p.Limits[0])
@@ -329,7 +333,8 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
     }
     at.Status = StatusRunning;
     bool finished = false;
-    waiting = MarchLevel(c, report, state, ray, at, here, begin, end, finished);
+    waiting = MarchLevel(c, report, state, ray, at, here, begin, end, finished,
+      scene.FirstHit != nullptr ? scene.FirstHit + 2 * pixel : nullptr);
     if (IsOver(c, state))
     {
       at.Status = StatusDone;
@@ -358,6 +363,11 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   {
     scene.Error[pixel] = state.Error;
   }
+  if (scene.Missed != nullptr)
+  {
+    scene.Missed[pixel] = c.Watch.Missed;
+    scene.Reach[pixel] = c.Watch.End;
+  }
   position[0] = static_cast<std::int32_t>(at.Brick[0]);
   position[1] = static_cast<std::int32_t>(at.Brick[1]);
   position[2] = static_cast<std::int32_t>(at.Brick[2]);
@@ -382,7 +392,8 @@ void MarchTile(
   const NativeScene& scene, int left, int bottom, int right, int top, NativeReport& report)
 {
   const MarchParameters& p = *scene.Parameters;
-  Context c{ scene, p, report, TableOf(scene), MakeRayLight(scene), 0, 0, 0, {}, {} };
+  Context c{ scene, p, report, TableOf(scene), MakeRayLight(scene), 0, 0, 0, {}, {}, {},
+    ComponentsOf(scene) };
   for (int y = bottom; y < top; ++y)
   {
     for (int x = left; x < right; ++x)
@@ -409,6 +420,11 @@ void ResolvePicture(const NativeScene& scene)
 NativeKernel Kernel()
 {
   return &MarchTile;
+}
+
+NativeRefiner Refiner()
+{
+  return &RefineTile;
 }
 
 NativeResolver Resolver()

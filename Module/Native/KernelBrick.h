@@ -107,7 +107,7 @@ TERAVOX_INLINE Cubic FieldAlong(const Context& c, const BrickView& view, const C
 // points.
 template <bool Shade>
 TERAVOX_INLINE void TakeAll(Context& c, State& state, const Segments& s, const Pieces& front,
-  Floats turn, unsigned bits, unsigned turning)
+  const Turns& turns, unsigned bits, unsigned turning)
 {
   // Transmittance only falls: what needn't be cut now needn't be later.
   const unsigned costly = Bits((front.Error * state.Transmittance) > c.P.Step[3]) & bits;
@@ -115,7 +115,7 @@ TERAVOX_INLINE void TakeAll(Context& c, State& state, const Segments& s, const P
   if ((costly | turning) != 0)
   {
     evaluated += static_cast<std::uint64_t>(__builtin_popcount(bits));
-    TakeInParts<Shade>(c, state, s, front, turn, bits, turning, costly);
+    TakeInParts<Shade>(c, state, s, front, turns, bits, turning, costly);
     return;
   }
   const float end = c.P.Step[2];
@@ -140,12 +140,15 @@ __attribute__((noinline)) void IntegrateLinear(
   const LotView v = OpenLot<T>(c, walk, view);
   const Corners k = LoadCorners<T>(view, v.At);
   const LotField field = RangesOf<T>(c, view, v, k);
+  const bool skip = c.P.Switches[0] != 0;
+  const bool watch = c.Scene.Missed != nullptr;
   Ints visible = field.Valid;
-  if (c.P.Switches[0] != 0)
+  if (skip || watch)
   {
     visible &= ~IsEmptyBetween(c.Table, field.Least, field.Largest);
   }
-  unsigned bits = Bits(visible);
+  const unsigned visibleBits = Bits(visible);
+  unsigned bits = skip ? visibleBits : Bits(field.Valid);
   if (bits == 0)
   {
     return;
@@ -155,19 +158,26 @@ __attribute__((noinline)) void IntegrateLinear(
   Segments s;
   s.Field = FieldAlong(c, view, k, w, d);
   s.Length = (v.End - v.Begin) * ray.World;
-  const Floats turn = TurningPoint(s.Field);
-  if (c.P.Switches[0] != 0)
+  const Turns turns = TurningPoints(s.Field);
+  if (skip || watch)
   {
     // The corners reach further than the line: a piece between ends that see nothing adds 0.
-    const Floats ends[3] = { s.Field.A, Along(s.Field, turn), Along(s.Field, Splat(1.0f)) };
-    bits &= ~Bits(IsEmptyBetween(
-      c.Table, Min(ends[0], Min(ends[1], ends[2])), Max(ends[0], Max(ends[1], ends[2]))));
+    const Floats ends[4] = { s.Field.A, Along(s.Field, turns.First), Along(s.Field, turns.Second),
+      Along(s.Field, Splat(1.0f)) };
+    const unsigned seen = visibleBits &
+      ~Bits(IsEmptyBetween(c.Table, Min(Min(ends[0], ends[1]), Min(ends[2], ends[3])),
+        Max(Max(ends[0], ends[1]), Max(ends[2], ends[3]))));
+    if (watch)
+    {
+      NoteLot(c, v.Begin, v.End, field.Least, field.Largest, visibleBits, seen);
+    }
+    bits = skip ? seen : bits;
     if (bits == 0)
     {
       return;
     }
   }
-  if constexpr (Shade)
+  if constexpr (Shade || GradientOpacity)
   {
     s.Begin = v.Begin;
     c.Report.Gradients += static_cast<std::uint64_t>(__builtin_popcount(bits));
@@ -178,10 +188,10 @@ __attribute__((noinline)) void IntegrateLinear(
     s.Light = { scale(s.Light.X, view.PerVoxelX), scale(s.Light.Y, view.PerVoxelY),
       scale(s.Light.Z, view.PerVoxelZ) };
   }
-  const unsigned turning = Bits(turn < 1.0f) & bits;
+  const unsigned turning = Bits(turns.First < 1.0f) & bits;
   Pieces front;
-  Evaluate<Shade>(c, s, Floats{}, turn, front);
-  TakeAll<Shade>(c, state, s, front, turn, bits, turning);
+  Evaluate<Shade>(c, s, Floats{}, turns.First, front);
+  TakeAll<Shade>(c, state, s, front, turns, bits, turning);
 }
 
 // The field is constant in each voxel: one segment per voxel.
@@ -203,7 +213,7 @@ __attribute__((noinline)) void IntegrateNearest(
   const auto seen = static_cast<std::uint64_t>(__builtin_popcount(bits));
   c.Report.Evaluated += seen;
   Color<Floats> color = TransferColor(c.Table, node);
-  if constexpr (Shade)
+  if constexpr (Shade || GradientOpacity)
   {
     c.Report.Gradients += seen;
     const auto difference = [&](std::int32_t voxels, float perVoxel)
@@ -211,9 +221,16 @@ __attribute__((noinline)) void IntegrateNearest(
       const auto step = static_cast<std::ptrdiff_t>(sizeof(T)) * voxels;
       return (LoadTexel<T>(view, v.At, step) - LoadTexel<T>(view, v.At, -step)) * perVoxel;
     };
-    const Normal<Floats> normal = NormalOf(c.P, difference(1, view.PerVoxelX),
-      difference(view.Edge, view.PerVoxelY), difference(view.Edge * view.Edge, view.PerVoxelZ));
-    color = LitColor(c.P, color, normal, c.Light, 0.5f * (v.Begin + v.End));
+    const Floats x = difference(1, view.PerVoxelX);
+    const Floats y = difference(view.Edge, view.PerVoxelY);
+    const Floats z = difference(view.Edge * view.Edge, view.PerVoxelZ);
+    if constexpr (Shade)
+    {
+      color = LitColor(c.P, color, NormalOf(c.P, x, y, z), c.Light, 0.5f * (v.Begin + v.End));
+    }
+#if TERAVOX_GRADIENT_OPACITY
+    depth = depth * SampleGradient(c.Scene, x, y, z).Opacity;
+#endif
   }
   Quad colors[Lanes];
   ToQuads(color, OpacityOf(depth), colors);
@@ -230,11 +247,12 @@ __attribute__((noinline)) void IntegrateNearest(
 }
 
 // The bits of the cells of a slot, made anew where the slot or the transfer function is. Several
-// threads may do so at once: they write the same.
-template <typename T>
-inline const std::uint64_t* OccupancyOf(const Context& c, const BrickView& view, std::uint32_t slot)
+// threads may do so at once: they write the same. `bitsOf` tells of a cell whether it may be seen
+// and whether it has one value.
+template <typename BitsOf>
+inline const std::uint64_t* OccupancyWords(
+  const NativeScene& scene, const BrickView& view, std::uint32_t slot, const BitsOf& bitsOf)
 {
-  const NativeScene& scene = c.Scene;
   const auto cells = static_cast<std::size_t>(view.CellsAlong);
   const auto macros = static_cast<std::size_t>(view.MacrosAlong);
   std::uint64_t* words = scene.Occupancy + slot * macros * macros * macros * 2;
@@ -260,12 +278,11 @@ inline const std::uint64_t* OccupancyOf(const Context& c, const BrickView& view,
       {
         continue;
       }
-      const TexelRange range = RangeOf<T>(view, cx + cells * (cy + cells * cz));
-      const bool empty = range.Least > range.Largest ||
-        IsEmptyBetween(
-          c.Table, NodeOf(c.Table, view, range.Least), NodeOf(c.Table, view, range.Largest));
-      occupied |= std::uint64_t{ empty ? 0u : 1u } << i;
-      uniform |= std::uint64_t{ range.Least == range.Largest ? 1u : 0u } << i;
+      bool seen = false;
+      bool single = false;
+      bitsOf(cx + cells * (cy + cells * cz), seen, single);
+      occupied |= std::uint64_t{ seen ? 1u : 0u } << i;
+      uniform |= std::uint64_t{ single ? 1u : 0u } << i;
     }
     __atomic_store_n(words + 2 * m, occupied, __ATOMIC_RELAXED);
     __atomic_store_n(words + 2 * m + 1, uniform, __ATOMIC_RELAXED);
@@ -274,28 +291,72 @@ inline const std::uint64_t* OccupancyOf(const Context& c, const BrickView& view,
   return words;
 }
 
+// Whether anything may be seen of values in a range of texels.
+TERAVOX_INLINE bool MayBeSeen(const Transfer& table, const BrickView& view, const TexelRange& range)
+{
+  return !(range.Least > range.Largest) &&
+    !IsEmptyBetween(table, NodeOf(table, view, range.Least), NodeOf(table, view, range.Largest));
+}
+
+template <typename T>
+inline const std::uint64_t* OccupancyOf(const Context& c, const BrickView& view, std::uint32_t slot)
+{
+  return OccupancyWords(c.Scene, view, slot,
+    [&](std::size_t cell, bool& seen, bool& single)
+    {
+      const TexelRange range = RangeOf<T>(view, cell);
+      seen = MayBeSeen(c.Table, view, range);
+      single = range.Least == range.Largest;
+#if TERAVOX_MASK
+      single = single && IsWhollyIn<T>(view, cell);
+#endif
+    });
+}
+
+// Leaves all the rest of the MacroEdge^3 cells around a cell at once. Returns false beyond the last
+// face, which is reached by a rounding error.
+TERAVOX_INLINE bool LeapMacro(
+  const Walk& w, const BrickView& view, float t1, float& t, Quad& cell, Quad& at, bool& known)
+{
+  constexpr auto edge = static_cast<float>(shared::CELL_EDGE);
+  constexpr auto macroEdge = static_cast<float>(MacroEdge);
+  const Quad first = Floor(at * (1.0f / macroEdge)) * macroEdge;
+  const Quad far = (FacesAhead(w, first, edge * macroEdge) - w.First) * w.Inverse;
+  t = Max(LeastOfThree(far)[0], t);
+  if (!(t < t1))
+  {
+    return true;
+  }
+  cell = CellAt(w, t);
+  known = true;
+  const Quad before = at;
+  at = CellOf(view, cell);
+  return Bits(at != before) != 0;
+}
+
 template <typename T, bool Shade, bool Nearest>
 void IntegrateBrick(
   Context& c, State& state, const Ray& ray, const BrickView& view, float t0, float t1)
 {
   constexpr auto edge = static_cast<float>(shared::CELL_EDGE);
-  constexpr auto macroEdge = static_cast<float>(MacroEdge);
   const Walk w = BeginWalk(ray, view, Nearest ? 0.0f : 0.5f, t1);
   const Quad none = {};
   const bool skip = c.P.Switches[0] != 0;
   const std::uint64_t* onward = OnwardOf(w);
   // Spans of samples: their distance, whence on and how often they may fail.
   const float voxel = VoxelDepth(w);
+  c.Watch.Voxel = voxel * ray.World;
   float spanStep = FirstStep * voxel;
   // Not where voxels may have no value: samples could miss them.
-  // Nor where a light may have an edge between them.
-  float spansFrom = Nearest || sizeof(T) == 4 || (Shade && c.Light.Positional) ? t1 : t0;
+  // Nor where a light may have an edge between them, or the opacity of gradients.
+  float spansFrom =
+    Nearest || sizeof(T) == 4 || (Shade && c.Light.Positional) || GradientOpacity ? t1 : t0;
   int spansLeft = MostFailures;
   // What was left of the ray when last nothing waited in the lot. What waits differs with skipping,
   // and whether spans are tried must not.
   State settled = state;
   // A gradient reaches further than the values of a cell.
-  constexpr bool uniformToo = !Shade;
+  constexpr bool uniformToo = !Shade && !GradientOpacity;
   Lot& lot = c.Cells;
   lot.Count = 0;
   lot.Uniform = 0;
@@ -334,20 +395,9 @@ void IntegrateBrick(
     const CellPlace place = PlaceOf(view, at);
     if (skip && !place.MayMeet(onward))
     {
-      // All the rest of its MacroEdge^3 cells at once.
-      const Quad first = Floor(at * (1.0f / macroEdge)) * macroEdge;
-      const Quad far = (FacesAhead(w, first, edge * macroEdge) - w.First) * w.Inverse;
-      t = Max(LeastOfThree(far)[0], t);
-      if (t < t1)
+      if (!LeapMacro(w, view, t1, t, cell, at, known))
       {
-        cell = CellAt(w, t);
-        known = true;
-        const Quad before = at;
-        at = cellOf(cell);
-        if (Bits(at != before) == 0)
-        {
-          break; // beyond the last face, by a rounding error
-        }
+        break;
       }
       c.Steps += 1;
       continue;
@@ -400,6 +450,7 @@ void IntegrateBrick(
             return;
           }
           t = reach.End;
+          NoteSeen(c, t);
           if (t < t1)
           {
             cell = CellAt(w, t);
@@ -421,8 +472,21 @@ void IntegrateBrick(
       cell = CellAt(w, t);
       known = true;
     }
+#if TERAVOX_MASK
+    const bool whole = IsWhollyIn<T>(view, place.Range);
+#endif
     do
     {
+#if TERAVOX_MASK
+      if (!whole)
+      {
+        if (!PutMasked<T, Nearest>(lot, w, view, cell, t, t1, integrateIf))
+        {
+          return;
+        }
+        continue;
+      }
+#endif
       PutCell(lot, w, cell, t, t1);
       if (!integrateIf(lot.Count == Lanes))
       {

@@ -14,6 +14,10 @@ struct BrickView
   const std::uint8_t* Voxels;
   const std::uint8_t* Cells;
   const std::uint64_t* Occupancy;
+#if TERAVOX_MASK
+  const std::uint8_t* Mask; // like Voxels and Cells: 0 where nothing is drawn, else 1
+  const std::uint8_t* MaskCells;
+#endif
   std::int32_t Edge;        // stored voxels along each axis
   std::int32_t CellsAlong;  // along each axis
   std::int32_t MacrosAlong; // words of bits along each axis
@@ -42,6 +46,9 @@ inline BrickView ViewBrick(const NativeScene& scene, const Transfer& transfer, c
   view.MacrosAlong = static_cast<std::int32_t>((cells + MacroEdge - 1) / MacroEdge);
   view.Cells = scene.Cells + slot * cells * cells * cells * 2 * scene.BytesPerTexel;
   view.Occupancy = nullptr;
+#if TERAVOX_MASK
+  view.Mask = view.MaskCells = nullptr; // see ViewMasked()
+#endif
   view.Scale = p.Value[0];
   view.Offset = (p.Value[1] - transfer.Low) + (p.Value[2] - transfer.LowRest);
   if (scene.SlotTable != nullptr)

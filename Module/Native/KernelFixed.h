@@ -35,9 +35,25 @@ void IntegrateFixed(
     __builtin_memcpy(&begin, begins, sizeof(begin));
     __builtin_memcpy(&end, ends, sizeof(end));
     const Floats length = end - begin;
-    const Sample<Floats> a = SampleTransfer(c.Table, PlacesAt<T>(c, view, w, begin).Node);
-    const Sample<Floats> b = SampleTransfer(c.Table, PlacesAt<T>(c, view, w, end).Node);
-    Floats depth = MeanExtinction(a, b, Floats{}, Floats{}).Mean * (length * ray.World);
+    const Places front = PlacesAt<T>(c, view, w, begin);
+    const Places back = PlacesAt<T>(c, view, w, end);
+    Sample<Floats> a = SampleTransfer(c.Table, front.Node);
+    Sample<Floats> b = SampleTransfer(c.Table, back.Node);
+    Floats mean = MeanExtinction(a, b, Floats{}, Floats{}).Mean;
+#if TERAVOX_GRADIENT_OPACITY
+    if (Bits(mean > 0.0f) != 0)
+    {
+      c.Report.Gradients += static_cast<std::uint64_t>(2 * count);
+      const Floats before = GradientAt<T>(c, view, front).Opacity;
+      const Floats behind = GradientAt<T>(c, view, back).Opacity;
+      // What the ends say of both together, and for the rest of the extinction the mean opacity.
+      const Floats unseen = mean - 0.5f * (a.S + b.S);
+      a.S = a.S * before;
+      b.S = b.S * behind;
+      mean = Max(0.5f * (a.S + b.S) + unseen * (0.5f * (before + behind)), Floats{});
+    }
+#endif
+    Floats depth = mean * (length * ray.World);
     depth = Select((a.X == a.X) & (b.X == b.X), depth, Floats{});
     const Floats opacity = OpacityOf(depth);
     const Floats gathered = CentroidOf(a.S, b.S, depth);

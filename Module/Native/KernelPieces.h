@@ -38,7 +38,7 @@ struct Lot
 {
   Quad Cells[Lanes];
   float Stops[Lanes]; // where they end, of those in Uniform
-  unsigned Uniform;   // one bit per cell that goes on through others of the same value
+  unsigned Uniform; // one bit per cell that goes on through others of the same value, or is a part
   int Count;
 };
 
@@ -55,6 +55,8 @@ struct Context
   std::uint64_t Contributing; // of them
   Lot Cells;
   ProjectionState Projection;
+  WatchState Watch;
+  ComponentTables Components;
 };
 
 inline bool IsOver(const Context& c, const State& s)
@@ -84,7 +86,7 @@ TERAVOX_INLINE void ToQuads(const Color<Floats>& color, Floats opacity, Quad (&o
 struct Segments
 {
   Cubic Field;    // in nodes of the transfer table
-  Gradient Light; // in data per voxel of level 0; of shaded pictures only
+  Gradient Light; // in data per voxel of level 0; where it is needed
   Floats Length;  // world units
   Floats Begin;   // depth; of shaded pictures only
 };
@@ -96,45 +98,6 @@ struct Pieces
   Quad Color[Lanes]; // red, green, blue, opacity
   Floats Error;
 };
-
-struct Extinction
-{
-  Floats Mean;
-  Floats Uneven; // |mean - half of the sum of the ends|, without the field's bend
-  Floats Change; // how much the mean may be off
-  Floats Off;   // how far the cubic is from the line between its ends, as a share of their distance
-  Floats Ahead; // how far its mean is ahead of theirs, likewise
-};
-
-// Mean extinction between two samples of a cubic, `bend` twice the largest second derivative of
-// that part and `excess` the mean of the cubic above the mean of its ends.
-TERAVOX_INLINE Extinction MeanExtinction(
-  const Sample<Floats>& a, const Sample<Floats>& b, Floats bend, Floats excess)
-{
-  const Floats dx = b.X - a.X;
-  const Floats distance = Abs(dx);
-  const Floats ds = (b.High - a.High) + (b.Low - a.Low);
-  const Floats half = 0.5f * (a.S + b.S);
-  const Floats one = Splat(1.0f);
-  // Between two nodes the mean of the ends is exact, and nothing has to cancel; but for intervals
-  // with a jump, which have no slope.
-  const auto interval = [&](Floats x) { return Truncate(Max(x, -one) + 1.0f); };
-  const Ints jump = (a.S != b.S) & (a.Slope == Floats{}) & (b.Slope == Floats{});
-  const Ints wide = distance >= Select(jump, Splat(0.001f), Splat(0.015625f));
-  const Floats inverse = one / Select(wide, dx, one);
-  const Floats chord =
-    Max(Select(wide & ((interval(a.X) != interval(b.X)) | jump), ds * inverse, half), Floats{});
-  const Floats slope = Select(wide, (b.S - a.S) * inverse, 0.5f * (a.Slope + b.Slope));
-  Extinction e;
-  e.Mean = Max(chord + slope * excess, Floats{});
-  e.Uneven = Abs(chord - half);
-  const Floats off = 0.25f * bend;
-  e.Off = Min(one, off / Max(distance, Splat(1.0e-3f)));
-  e.Ahead = Select(wide, excess * inverse, Floats{});
-  const Floats variation = Max(Abs(a.Slope - slope), Abs(b.Slope - slope));
-  e.Change = Min(0.67f * variation * off + 4.0f * e.Uneven * e.Off, a.S + b.S + 2.0f * chord);
-  return e;
-}
 
 // The colours of a piece of `dx` nodes against the line between those of its ends. Where the slopes
 // at the ends say so, the function has one kink in between: then the peak of the triangle is known.
@@ -176,6 +139,17 @@ TERAVOX_INLINE Floats PlaceError(const Extinction& e, Floats depth)
   return OpaquePlace * thick * thick + 0.25f * e.Uneven / Max(e.Mean, Splat(1.0e-30f));
 }
 
+#if TERAVOX_GRADIENT_OPACITY
+// Where in a piece of this depth light is gathered isn't known better than to this share of it, if
+// the opacity may change by a share of `varied`: a dense one begins where gradients leave
+// something.
+TERAVOX_INLINE Floats FrontError(Floats depth, Floats varied)
+{
+  const Floats thick = Min(depth * (1.0f / OpaqueDepth), Splat(1.0f));
+  return varied * thick * thick;
+}
+#endif
+
 // Of pieces whose optical depth may be off by `depth` and whose colour by `shift`.
 TERAVOX_INLINE Floats ErrorOf(const Context& c, Floats opacity, Floats depth, Floats shift)
 {
@@ -192,15 +166,19 @@ TERAVOX_INLINE Normal<Floats> NormalAt(const Context& c, const Segments& s, Floa
 template <bool Shade>
 inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to, Pieces& out)
 {
-  const Sample<Floats> a = SampleTransfer(c.Table, Along(s.Field, from));
-  const Sample<Floats> b = SampleTransfer(c.Table, Along(s.Field, to));
+  Sample<Floats> a = SampleTransfer(c.Table, Along(s.Field, from));
+  Sample<Floats> b = SampleTransfer(c.Table, Along(s.Field, to));
   const Floats size = to - from;
   const Floats size2 = size * size;
   // Half of the second derivatives at both ends.
   const Floats bendA = s.Field.C + 3.0f * s.Field.D * from;
   const Floats bendB = s.Field.C + 3.0f * s.Field.D * to;
-  const Extinction e = MeanExtinction(a, b, Max(Abs(bendA), Abs(bendB)) * size2,
+  Extinction e = MeanExtinction(a, b, Max(Abs(bendA), Abs(bendB)) * size2,
     (-1.0f / 6.0f) * (bendA + 1.5f * s.Field.D * size) * size2);
+#if TERAVOX_GRADIENT_OPACITY
+  const Sample<Floats> middle = SampleTransfer(c.Table, Along(s.Field, 0.5f * (from + to)));
+  const Floats varied = Attenuate(c.Scene, s.Field, s.Light, from, to, a, middle, b, e);
+#endif
   const Floats length = size * s.Length;
   const Floats depth = e.Mean * length;
   const Floats opacity = OpacityOf(depth);
@@ -213,7 +191,11 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
   Color<Floats> color = Mix(colorA, colorB, Min(Max(gathered + e.Ahead, Floats{}), one));
   const Kink kink = KinkOf(colorA, slopeA, colorB, slopeB, b.X - a.X);
   color = Moved(color, kink.Mean);
+#if TERAVOX_GRADIENT_OPACITY
+  const Floats place = Max(PlaceError(e, depth), FrontError(depth, varied));
+#else
   const Floats place = PlaceError(e, depth);
+#endif
   Floats shift;
   if constexpr (Shade)
   {
@@ -239,7 +221,13 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
   }
   shift = shift + kink.Error;
   ToQuads(color, opacity, out.Color);
+#if TERAVOX_GRADIENT_OPACITY
+  // There may be less of it, or more.
+  const Floats lost = LostOpacity(depth, opacity, e.Change * length);
+  out.Error = lost + opacity * (Min(shift, one) - c.P.Step[1]);
+#else
   out.Error = ErrorOf(c, opacity, e.Change * length, shift);
+#endif
 }
 
 // Segments one by one, to be put together anew.
@@ -247,7 +235,7 @@ template <bool Shade>
 struct Rows
 {
   Quad Field[Lanes];
-  Quad Light[Shade ? 3 : 1][Lanes];
+  Quad Light[Shade || GradientOpacity ? 3 : 1][Lanes];
   float Length[Lanes];
   float Begin[Lanes];
 };
@@ -271,11 +259,14 @@ TERAVOX_INLINE Rows<Shade> RowsOf(const Segments& s)
 {
   Rows<Shade> rows;
   ToRows(s.Field, rows.Field);
-  if constexpr (Shade)
+  if constexpr (Shade || GradientOpacity)
   {
     ToRows(s.Light.X, rows.Light[0]);
     ToRows(s.Light.Y, rows.Light[1]);
     ToRows(s.Light.Z, rows.Light[2]);
+  }
+  if constexpr (Shade)
+  {
     __builtin_memcpy(rows.Begin, &s.Begin, sizeof(rows.Begin));
   }
   __builtin_memcpy(rows.Length, &s.Length, sizeof(rows.Length));
@@ -287,7 +278,7 @@ TERAVOX_INLINE Segments Choose(const Rows<Shade>& rows, const int (&lanes)[Lanes
 {
   Segments s;
   s.Field = FromRows(rows.Field, lanes);
-  if constexpr (Shade)
+  if constexpr (Shade || GradientOpacity)
   {
     s.Light = { FromRows(rows.Light[0], lanes), FromRows(rows.Light[1], lanes),
       FromRows(rows.Light[2], lanes) };
@@ -343,9 +334,9 @@ template <bool Shade>
 struct Queue
 {
   const Rows<Shade>& Source;
-  int Lane[Lanes * (Lanes + 1)];
-  float From[Lanes * (Lanes + 1)];
-  float To[Lanes * (Lanes + 1)];
+  int Lane[Lanes * (Lanes + 2)];
+  float From[Lanes * (Lanes + 2)];
+  float To[Lanes * (Lanes + 2)];
   int Count = 0;
   int Evaluated = 0;
   Pieces Results;
@@ -390,7 +381,7 @@ struct Queue
 // has left.
 template <bool Shade>
 __attribute__((noinline)) void TakeInParts(Context& c, State& state, const Segments& s,
-  const Pieces& front, Floats turn, unsigned bits, unsigned turning, unsigned costly)
+  const Pieces& front, const Turns& turns, unsigned bits, unsigned turning, unsigned costly)
 {
   const Rows<Shade> rows = RowsOf<Shade>(s);
   Queue<Shade> queue(rows);
@@ -407,16 +398,21 @@ __attribute__((noinline)) void TakeInParts(Context& c, State& state, const Segme
       const float error = front.Error[lane];
       const int n = error < 8.0f * c.P.Step[3] ? 2 : error < 64.0f * c.P.Step[3] ? 4 : 8;
       parts[lane] = n;
-      const float step = turn[lane] / static_cast<float>(n);
+      const float turn = turns.First[lane];
+      const float step = turn / static_cast<float>(n);
       for (int i = 0; i < n; ++i)
       {
-        queue.Push(lane, static_cast<float>(i) * step,
-          i + 1 == n ? turn[lane] : static_cast<float>(i + 1) * step);
+        queue.Push(
+          lane, static_cast<float>(i) * step, i + 1 == n ? turn : static_cast<float>(i + 1) * step);
       }
     }
     if ((turning >> lane & 1u) != 0)
     {
-      queue.Push(lane, turn[lane], 1.0f);
+      queue.Push(lane, turns.First[lane], turns.Second[lane]);
+      if (turns.Second[lane] < 1.0f)
+      {
+        queue.Push(lane, turns.Second[lane], 1.0f);
+      }
     }
   }
   for (; bits != 0; bits &= bits - 1)
@@ -437,6 +433,10 @@ __attribute__((noinline)) void TakeInParts(Context& c, State& state, const Segme
     if ((turning >> lane & 1u) != 0 && !IsOver(c, state))
     {
       queue.TakeAt(c, state, first[lane] + parts[lane]);
+      if (turns.Second[lane] < 1.0f && !IsOver(c, state))
+      {
+        queue.TakeAt(c, state, first[lane] + parts[lane] + 1);
+      }
     }
     c.Contributing += state.Transmittance < before ? 1 : 0;
     if (IsOver(c, state))
@@ -446,35 +446,14 @@ __attribute__((noinline)) void TakeInParts(Context& c, State& state, const Segme
   }
 }
 
-// Where in (0, 1) a cubic turns; 1 for nowhere.
-TERAVOX_INLINE Floats TurningPoint(const Cubic& c)
-{
-  const Floats three = 3.0f * c.D;
-  const Floats end = c.B + (2.0f * c.C + three);
-  const Ints crosses = (c.B > 0.0f) != (end > 0.0f);
-  // The root at which the slope changes its sign as it does from 0 to 1, by the quotient in which
-  // nothing cancels.
-  const Floats discriminant = c.C * c.C - three * c.B;
-  const Floats root = SquareRoot(Max(discriminant, Floats{}));
-  const Floats signedRoot = Select(c.B > 0.0f, root, -root);
-  const Ints alike = (c.B > 0.0f) == (c.C > 0.0f);
-  const Floats u = Select(alike, -c.C - signedRoot, c.B) / Select(alike, three, signedRoot - c.C);
-  Floats turn = Select(crosses & (u > 0.0f) & (u < 1.0f), u, Splat(1.0f));
-  // One that turns twice is cut in between, where it is steepest.
-  const Ints twice = (discriminant > 0.0f) & (c.B * c.D > 0.0f) & (c.C * c.D < 0.0f) &
-    (Abs(c.C) < Abs(three)) & ~crosses;
-  if (Bits(twice) != 0)
-  {
-    turn = Select(twice, -c.C / Select(twice, three, Splat(1.0f)), turn);
-  }
-  return turn;
-}
-
 // One segment of one value, without light from a side.
 inline void IntegrateConstant(
   Context& c, State& state, const Ray& ray, float position, float t0, float t1)
 {
-  const float depth = SampleTransfer(c.Table, position).S * (Max(t1 - t0, 0.0f) * ray.World);
+  float depth = SampleTransfer(c.Table, position).S * (Max(t1 - t0, 0.0f) * ray.World);
+#if TERAVOX_GRADIENT_OPACITY
+  depth = depth * SampleGradient(c.Scene, 0.0f, 0.0f, 0.0f).Opacity;
+#endif
   Color<float> color = TransferColor(c.Table, position);
   if (c.Scene.Shade)
   {

@@ -182,12 +182,16 @@ inline bool SkipsRange(Context& c, bool none, float from, float to)
 
 inline Found FindBrick(Context& c, const Level& level, Index brick)
 {
+#if TERAVOX_COMPONENTS
+  return FindComponents(c, level, brick);
+#else
   if (c.Scene.Blend == BlendKind::Composite)
   {
     return Translate(c.Scene, c.Table, level, brick);
   }
   return Translate(c.Scene, c.Table, level, brick,
     [&](bool none, float from, float to) { return SkipsRange(c, none, from, to); });
+#endif
 }
 
 // A surface at a depth of the ray, where its normal is known.

@@ -6,29 +6,6 @@
 constexpr float SumTolerance = 1.0e-3f;
 constexpr float LeastSumTolerance = 1.0e-6f;
 
-// Where a cubic turns, ascending; 1 where it doesn't in (0, 1).
-struct Turns
-{
-  Floats First;
-  Floats Second;
-};
-TERAVOX_INLINE Turns TurnsOf(const Cubic& c)
-{
-  // Roots of B + 2 C u + 3 D u^2, without cancellation.
-  const Floats zero = {};
-  const Floats one = zero + 1.0f;
-  const Floats discriminant = c.C * c.C - 3.0f * c.D * c.B;
-  const Ints real = discriminant > zero;
-  const Floats root = SquareRoot(Select(real, discriminant, zero));
-  const Floats q = -(c.C + Select(c.C < zero, -root, root));
-  const Floats a = q / (3.0f * c.D);
-  const Floats b = c.B / q;
-  const auto within = [&](Floats u) { return Select(real & (u > zero) & (u < one), u, one); };
-  const Floats u = within(a);
-  const Floats v = within(b);
-  return { Min(u, v), Max(u, v) };
-}
-
 // The best value of each cell, at its ends or where its cubic turns.
 TERAVOX_INLINE void TakeExtremes(Context& c, State& state, Floats best, Ints valid)
 {

@@ -4,6 +4,7 @@
 // at a time. Faces and positions are computed from the ray and integer indices, never accumulated.
 
 constexpr float FarAway = 3.0e38f;
+constexpr float LargestInteger = 2147483520.0f; // of 32 bits that is a float
 
 TERAVOX_INLINE float Dot(const Vec& a, Quad b)
 {
@@ -127,11 +128,15 @@ inline Index BrickAt(const MarchParameters& p, const Ray& ray, const Level& leve
   const Index anchor = Load(p.Anchor);
   const Index last = Load(p.Dimensions) - 1;
   const Quad low = -ToFloat(anchor);
-  const Quad high = ToFloat(last - anchor);
+  const Quad high = Min(ToFloat(last - anchor), Spread(LargestInteger));
   Quad at = ray.Origin + t * ray.Direction;
   at = at < low ? low : at > high ? high : at;
-  Index voxel = anchor + reinterpret_cast<Index>(__builtin_convertvector(Floor(at), QuadMask));
-  voxel = voxel < last ? voxel : last;
+  // Once more as integers: floats round the ends of a large volume to beyond them.
+  const auto lowest = reinterpret_cast<QuadMask>(-anchor);
+  const auto highest = reinterpret_cast<QuadMask>(last - anchor);
+  QuadMask cell = __builtin_convertvector(Floor(at), QuadMask);
+  cell = cell < lowest ? lowest : cell > highest ? highest : cell;
+  const Index voxel = anchor + reinterpret_cast<Index>(cell);
   const Index end = level.Bricks - 1;
   Index b = { voxel[0] / level.Edge[0], voxel[1] / level.Edge[1], voxel[2] / level.Edge[2], 0 };
   b = b < end ? b : end;

@@ -50,6 +50,17 @@ inline Places PlacesAt(const Context& c, const BrickView& view, const Walk& walk
   return p;
 }
 
+#if TERAVOX_GRADIENT_OPACITY
+template <typename T>
+inline GradientSample<Floats> GradientAt(const Context& c, const BrickView& view, const Places& p)
+{
+  const Vectors nowhere{ Floats{}, Floats{}, Floats{} };
+  const Gradient g = LoadGradient<T>(view, p.At, p.Around, p.Within, nowhere);
+  return SampleGradient(
+    c.Scene, g.X.A * view.PerVoxelX, g.Y.A * view.PerVoxelY, g.Z.A * view.PerVoxelZ);
+}
+#endif
+
 template <typename T>
 inline Normal<Floats> NormalAt(const Context& c, const BrickView& view, const Places& p)
 {
@@ -97,8 +108,8 @@ inline float VoxelDepth(const Walk& w)
       w.Direction[2] * w.Direction[2]);
 }
 
-// How far a ray meets cells of CELL_EDGE^3 voxels that may be visible and have more than one value,
-// and the range of their texels.
+// How far a ray meets cells of CELL_EDGE^3 voxels that may be visible as a whole and have more than
+// one value, and the range of their texels.
 struct Reach
 {
   float End;
@@ -115,6 +126,12 @@ inline Reach LookAhead(const BrickView& view, const Walk& w, Quad at, float t, f
     {
       break;
     }
+#if TERAVOX_MASK
+    if (!IsWhollyIn<T>(view, place.Range))
+    {
+      break;
+    }
+#endif
     const TexelRange range = RangeOf<T>(view, place.Range);
     reach.Range.Least = Min(reach.Range.Least, range.Least);
     reach.Range.Largest = Max(reach.Range.Largest, range.Largest);

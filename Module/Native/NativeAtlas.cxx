@@ -18,6 +18,7 @@ LazyMemory LazyMemory::Make(std::uint64_t bytes)
 Result<std::unique_ptr<NativeAtlas>> NativeAtlas::Make(const AtlasPlan& plan)
 {
   std::unique_ptr<NativeAtlas> atlas(new NativeAtlas);
+  atlas->Components = plan.Components;
   atlas->Voxels_ = LazyMemory::Make(plan.AtlasBytes + 2 * Margin);
   atlas->Cells_ = LazyMemory::Make(plan.CellBytes);
   atlas->Occupancy_ = LazyMemory::Make(plan.OccupancyBytes);
@@ -39,16 +40,19 @@ Result<std::unique_ptr<NativeAtlas>> NativeAtlas::Make(const AtlasPlan& plan)
 }
 
 void NativeAtlas::Write(std::uint32_t slot, const std::uint8_t* texels, std::size_t texelBytes,
-  const std::uint8_t* cells, std::size_t cellBytes)
+  const std::uint8_t* cells, std::size_t cellBytes, std::uint32_t component)
 {
-  std::memcpy(this->Voxels_.Data() + Margin + slot * texelBytes, texels, texelBytes);
-  std::memcpy(this->Cells_.Data() + slot * cellBytes, cells, cellBytes);
+  const std::size_t place = std::size_t{ slot } * this->Components + component;
+  std::memcpy(this->Voxels_.Data() + Margin + place * texelBytes, texels, texelBytes);
+  std::memcpy(this->Cells_.Data() + place * cellBytes, cells, cellBytes);
   this->OccupancyVersion()[slot] = 0;
 }
 
-void NativeAtlas::WriteEntry(std::uint32_t slot, float offsetHigh, float offsetLow, float scale)
+void NativeAtlas::WriteEntry(
+  std::uint32_t slot, float offsetHigh, float offsetLow, float scale, std::uint32_t component)
 {
-  float* entry = reinterpret_cast<float*>(this->Slots.Data()) + std::size_t{ slot } * 4;
+  const std::size_t place = std::size_t{ slot } * this->Components + component;
+  float* entry = reinterpret_cast<float*>(this->Slots.Data()) + place * 4;
   entry[0] = offsetHigh;
   entry[1] = offsetLow;
   entry[2] = scale;

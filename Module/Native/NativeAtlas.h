@@ -29,8 +29,8 @@ private:
 };
 
 /// The slots of an atlas in the memory of the host, for the native marcher: texels and the ranges
-/// of their cells, brick after brick, x fastest. Thread: written by the render thread between
-/// passes, read by all threads of a pass.
+/// of their cells, brick after brick, component after component, x fastest. Thread: written by the
+/// render thread between passes, read by all threads of a pass.
 class NativeAtlas
 {
 public:
@@ -38,10 +38,11 @@ public:
   /// ResourceExhausted.
   static Result<std::unique_ptr<NativeAtlas>> Make(const AtlasPlan& plan);
 
-  /// Requires: as many bytes as the plan has for one slot.
+  /// Requires: as many bytes as the plan has for one component of a slot.
   void Write(std::uint32_t slot, const std::uint8_t* texels, std::size_t texelBytes,
-    const std::uint8_t* cells, std::size_t cellBytes);
-  void WriteEntry(std::uint32_t slot, float offsetHigh, float offsetLow, float scale);
+    const std::uint8_t* cells, std::size_t cellBytes, std::uint32_t component = 0);
+  void WriteEntry(std::uint32_t slot, float offsetHigh, float offsetLow, float scale,
+    std::uint32_t component = 0);
 
   const std::uint8_t* Voxels() const { return this->Voxels_.Data() + Margin; }
   const std::uint8_t* Cells() const { return this->Cells_.Data(); }
@@ -65,6 +66,7 @@ private:
   LazyMemory Occupancy_; ///< words of bits, then a version per slot
   LazyMemory Slots;
   std::uint64_t VersionOffset = 0;
+  std::uint32_t Components = 1;
 };
 
 } // namespace teravox

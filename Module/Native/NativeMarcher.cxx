@@ -21,67 +21,156 @@ static_assert(NativeScene::MacroEdge == MacroEdge);
 namespace baseline
 {
 NativeKernel Kernel();
+NativeRefiner Refiner();
 NativeResolver Resolver();
+}
+namespace baseline_components
+{
+NativeKernel Kernel();
+}
+namespace baseline_gradient
+{
+NativeKernel Kernel();
+}
+namespace baseline_mask
+{
+NativeKernel Kernel();
 }
 #if TERAVOX_HAS_AVX2_KERNEL
 namespace avx2
 {
 NativeKernel Kernel();
+NativeRefiner Refiner();
 NativeResolver Resolver();
 }
+namespace avx2_components
+{
+NativeKernel Kernel();
+}
+namespace avx2_gradient
+{
+NativeKernel Kernel();
+}
+namespace avx2_mask
+{
+NativeKernel Kernel();
+}
+#else
+namespace avx2 = baseline;
+namespace avx2_components = baseline_components;
+namespace avx2_gradient = baseline_gradient;
+namespace avx2_mask = baseline_mask;
 #endif
 
-#if TERAVOX_HAS_AVX2_KERNEL
 namespace
 {
 bool UsesAVX2()
 {
+#if TERAVOX_HAS_AVX2_KERNEL
   const char* wanted = std::getenv("TERAVOX_NATIVE_ISA");
   const bool any = wanted != nullptr && std::strcmp(wanted, "baseline") == 0;
   return !any && __builtin_cpu_supports("avx2") != 0;
+#else
+  return false;
+#endif
 }
 } // namespace
-#endif
 
 NativeKernel ChooseNativeKernel()
 {
-#if TERAVOX_HAS_AVX2_KERNEL
-  if (UsesAVX2())
-  {
-    return avx2::Kernel();
-  }
-#endif
-  return baseline::Kernel();
+  return UsesAVX2() ? avx2::Kernel() : baseline::Kernel();
+}
+
+NativeRefiner ChooseNativeRefiner()
+{
+  return UsesAVX2() ? avx2::Refiner() : baseline::Refiner();
+}
+
+NativeKernel ChooseComponentKernel()
+{
+  return UsesAVX2() ? avx2_components::Kernel() : baseline_components::Kernel();
+}
+
+NativeKernel ChooseGradientKernel()
+{
+  return UsesAVX2() ? avx2_gradient::Kernel() : baseline_gradient::Kernel();
+}
+
+NativeKernel ChooseMaskKernel()
+{
+  return UsesAVX2() ? avx2_mask::Kernel() : baseline_mask::Kernel();
 }
 
 NativeResolver ChooseNativeResolver()
 {
-#if TERAVOX_HAS_AVX2_KERNEL
-  if (UsesAVX2())
-  {
-    return avx2::Resolver();
-  }
-#endif
-  return baseline::Resolver();
+  return UsesAVX2() ? avx2::Resolver() : baseline::Resolver();
 }
 
-void NativeView::Resize(int width, int height, bool estimate)
+void NativeView::Resize(int width, int height, bool estimate, bool firstHit)
 {
   const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  this->Width = width;
   this->Color.assign(pixels * 4, 0);
   this->Position.assign(pixels * 4, 0);
   this->Depth.assign(pixels, 1);
   this->Error.assign(estimate ? pixels : 0, 0);
+  this->Lattice.assign(pixels, 0);
+  this->Missed.assign(pixels, 0);
+  this->Reach.assign(pixels, 0);
+  this->FirstHit.assign(firstHit ? 2 * pixels : 0, NoHit);
 }
 
-void NativeView::Clear()
+void NativeView::Clear(int stage, const LatticeLimits& limits)
 {
   std::fill(this->Position.begin(), this->Position.end(), 0);
   std::fill(this->Error.begin(), this->Error.end(), 0.0f);
+  std::fill(this->FirstHit.begin(), this->FirstHit.end(), NoHit);
   std::fill(this->Color.begin(), this->Color.end(), 0.0f);
   for (std::size_t i = 3; i < this->Color.size(); i += 4)
   {
     this->Color[i] = 1;
+  }
+  this->HasLattice = stage > 0;
+  this->LatticeStage = stage;
+  this->Limits = limits;
+  if (stage == 0)
+  {
+    return;
+  }
+  std::fill(this->Missed.begin(), this->Missed.end(), 0.0f);
+  std::fill(this->Reach.begin(), this->Reach.end(), -std::numeric_limits<float>::max());
+  for (std::size_t i = 0; i < this->Lattice.size(); ++i)
+  {
+    const auto x = static_cast<int>(i % static_cast<std::size_t>(this->Width));
+    const auto y = static_cast<int>(i / static_cast<std::size_t>(this->Width));
+    this->Lattice[i] = IsInLattice(stage, x, y) ? 0 : NativeScene::RayDeferred;
+  }
+}
+
+void NativeView::CastAll()
+{
+  for (std::uint8_t& mark : this->Lattice)
+  {
+    mark &= static_cast<std::uint8_t>(~NativeScene::RayDeferred);
+  }
+}
+
+void NativeView::FillDeferred()
+{
+  if (this->LatticeStage == 0)
+  {
+    return;
+  }
+  const auto edge = static_cast<std::size_t>(LatticeEdge(this->LatticeStage));
+  const auto width = static_cast<std::size_t>(this->Width);
+  for (std::size_t i = 0; i < this->Lattice.size(); ++i)
+  {
+    if ((this->Lattice[i] & NativeScene::RayDeferred) != 0)
+    {
+      const std::size_t from = i / width / edge * edge * width + i % width / edge * edge;
+      std::copy_n(this->Color.begin() + static_cast<std::ptrdiff_t>(4 * from), 4,
+        this->Color.begin() + static_cast<std::ptrdiff_t>(4 * i));
+    }
   }
 }
 
@@ -109,6 +198,27 @@ void SetTables(NativeScene& scene, const TransferTable& table, std::uint32_t ver
   scene.TableVersion = version;
 }
 
+void SetTables(NativeScene& scene, const std::vector<TransferTable>& tables, std::uint32_t version)
+{
+  scene.Components = static_cast<int>(tables.size());
+  scene.ExtremesBlock = TransferTable::ExtremesBlock;
+  scene.TableVersion = version;
+  for (std::size_t c = 0; c < tables.size(); ++c)
+  {
+    const TransferTable& table = tables[c];
+    if (table.Nodes != 0)
+    {
+      scene.ComponentTables[c] = { table.Integrals.front().data(), table.Colors.front().data(),
+        table.Occupied.data(), table.Extremes.front().data(), table.Blocks };
+    }
+  }
+}
+
+void SetGradientTable(NativeScene& scene, const GradientTable& table)
+{
+  scene.GradientOpacity = table.IsOne() ? nullptr : table.Values.front().data();
+}
+
 void SetAtlas(
   NativeScene& scene, const NativeAtlas& atlas, const PageTable& table, const TexelFormat& format)
 {
@@ -131,6 +241,15 @@ void SetView(NativeScene& scene, NativeView& view, int width, int height)
   scene.Position = view.Position.data();
   scene.Depth = view.Depth.data();
   scene.Error = view.Error.empty() ? nullptr : view.Error.data();
+  if (view.HasLattice)
+  {
+    scene.Lattice = view.Lattice.data();
+    scene.Missed = view.Missed.data();
+    scene.Reach = view.Reach.data();
+    scene.LatticeTolerance = static_cast<float>(view.Limits.Error);
+    scene.LatticeDistance = static_cast<float>(view.Limits.Distance);
+  }
+  scene.FirstHit = view.FirstHit.empty() ? nullptr : view.FirstHit.data();
 }
 
 namespace
@@ -182,6 +301,10 @@ std::vector<std::uint32_t> Indices(const std::vector<std::uint8_t>& used)
 
 NativeMarcher::NativeMarcher()
   : Kernel(ChooseNativeKernel())
+  , Refiner(ChooseNativeRefiner())
+  , ComponentKernel(ChooseComponentKernel())
+  , GradientKernel(ChooseGradientKernel())
+  , MaskKernel(ChooseMaskKernel())
 {
 }
 
@@ -194,6 +317,10 @@ PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::
   scene.UsedBlocks = this->UsedBlocks.data();
   constexpr int edge = static_cast<int>(shared::TILE_SIZE);
   const auto count = static_cast<std::int64_t>(tiles.size());
+  const NativeKernel kernel = scene.Components > 1 ? this->ComponentKernel
+    : scene.Masked                                 ? this->MaskKernel
+    : scene.GradientOpacity != nullptr             ? this->GradientKernel
+                                                   : this->Kernel;
   std::vector<NativeReport> reports(tiles.size());
   Requests all;
   // Nothing in the region throws but an exhausted heap, which ends the process as it should.
@@ -208,7 +335,7 @@ PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::
       const int y = static_cast<int>(tiles[i] >> 16) * edge;
       reports[i].Request = &Requests::Add;
       reports[i].Context = &mine;
-      this->Kernel(
+      kernel(
         scene, x, y, std::min(x + edge, scene.Width), std::min(y + edge, scene.Height), reports[i]);
     }
 #pragma omp critical(TeravoxRequests)
@@ -253,6 +380,37 @@ PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::
   result.Report.UsedSlots = Indices(this->UsedSlots);
   result.Report.UsedBlocks = Indices(this->UsedBlocks);
   return result;
+}
+
+std::vector<std::uint32_t> NativeMarcher::Refine(
+  const NativeScene& scene, NativeView& view, const std::vector<std::uint32_t>& tiles)
+{
+  constexpr int edge = static_cast<int>(shared::TILE_SIZE);
+  const auto count = static_cast<std::int64_t>(tiles.size());
+  std::vector<std::uint32_t> toCast(tiles.size());
+  std::vector<std::uint32_t> active;
+  while (active.empty() && view.LatticeStage > 0)
+  {
+    // Reads what the stages before have decided on, and writes what this one does.
+#pragma omp parallel for schedule(dynamic)
+    for (std::int64_t t = 0; t < count; ++t)
+    {
+      const auto i = static_cast<std::size_t>(t);
+      const int x = static_cast<int>(tiles[i] & 0xffffu) * edge;
+      const int y = static_cast<int>(tiles[i] >> 16) * edge;
+      toCast[i] = this->Refiner(scene, view.LatticeStage, x, y, std::min(x + edge, scene.Width),
+        std::min(y + edge, scene.Height));
+    }
+    --view.LatticeStage;
+    for (std::size_t i = 0; i < tiles.size(); ++i)
+    {
+      if (toCast[i] > 0)
+      {
+        active.push_back(tiles[i]);
+      }
+    }
+  }
+  return active;
 }
 
 } // namespace teravox

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "GradientTable.h"
+#include "ImageLattice.h"
 #include "NativeAtlas.h"
 #include "NativeScene.h"
 #include "PageTable.h"
@@ -22,18 +24,40 @@ struct NativeView
   std::vector<std::int32_t> Position; ///< brick; level | interval << 8 | status << 16
   std::vector<float> Depth;           ///< opaque depth, 0..1
   std::vector<float> Error;           ///< what the colour may be off; empty if nobody asks
+  /// Of a picture that is interpolated between rays (ImageLattice.h): see NativeScene.
+  std::vector<std::uint8_t> Lattice;
+  std::vector<float> Missed;
+  std::vector<float> Reach;
+  bool HasLattice = false;     ///< whether the picture is one
+  int LatticeStage = 0;        ///< that has to be decided on next; 0: all have been
+  LatticeLimits Limits;        ///< of its interpolated pixels
+  std::vector<float> FirstHit; ///< depth and level of the hit, NoHit; empty if nobody asks
 
-  void Resize(int width, int height, bool estimate = false);
-  /// All rays at their begin.
-  void Clear();
+  void Resize(int width, int height, bool estimate = false, bool firstHit = false);
+  /// All rays at their begin. `stage`: that a lattice begins with; 0: all pixels are cast.
+  void Clear(int stage = 0, const LatticeLimits& limits = {});
+  /// From now on all rays are cast at once. The picture is the same: pixels that would have been
+  /// interpolated are, afterwards.
+  void CastAll();
+  /// Gives pixels whose rays haven't been cast the colours of those that stand for them: for a
+  /// picture that isn't completed.
+  void FillDeferred();
   /// Depth becomes that of a slice where opaque geometry isn't in front of it, else NaN.
   void SetSlice(const std::vector<float>& slice, const IntervalParameters& intervals);
-  static constexpr std::uint64_t BytesPerPixel = 36; ///< without Error
+  static constexpr std::uint64_t BytesPerPixel = 45; ///< without Error and FirstHit
+  static constexpr float NoHit = 3.0e38f;
+
+private:
+  int Width = 0;
 };
 
 /// What a scene points to. All of it must stay where it is until the pass has been drawn.
 /// `version` tells tables apart; not 0.
 void SetTables(NativeScene& scene, const TransferTable& table, std::uint32_t version);
+/// For voxels with several components.
+void SetTables(NativeScene& scene, const std::vector<TransferTable>& tables, std::uint32_t version);
+/// Of the opacity of gradients, if there is one.
+void SetGradientTable(NativeScene& scene, const GradientTable& table);
 void SetAtlas(
   NativeScene& scene, const NativeAtlas& atlas, const PageTable& table, const TexelFormat& format);
 void SetView(NativeScene& scene, NativeView& view, int width, int height);
@@ -50,8 +74,17 @@ public:
   PassResult DrawPass(NativeScene scene, std::uint32_t slots, std::uint32_t pageBlocks,
     std::vector<std::uint32_t>& tiles);
 
+  /// After all rays that were cast have ended: interpolates what may be in the stages to come.
+  /// Returns those of the tiles in which rays have to be cast; none if the picture is complete.
+  std::vector<std::uint32_t> Refine(
+    const NativeScene& scene, NativeView& view, const std::vector<std::uint32_t>& tiles);
+
 private:
   NativeKernel Kernel;
+  NativeRefiner Refiner;
+  NativeKernel ComponentKernel;
+  NativeKernel GradientKernel;
+  NativeKernel MaskKernel;
   std::vector<std::uint8_t> UsedSlots;
   std::vector<std::uint8_t> UsedBlocks;
 };

@@ -16,7 +16,9 @@ struct NativeReport;
 /// of a pass; rays write their own pixels, stamps are single bytes written atomically.
 struct NativeScene
 {
-  static constexpr int MacroEdge = 4; ///< cells along each axis whose bits are one word
+  static constexpr int MacroEdge = 4;            ///< cells along each axis whose bits are one word
+  static constexpr std::uint8_t RayDeferred = 1; ///< of Lattice: it isn't cast yet
+  static constexpr std::uint8_t RayInside = 2;   ///< of Lattice: it meets the volume
   const MarchParameters* Parameters = nullptr;
   const IntervalParameters* Intervals = nullptr;
   const float* Planes = nullptr; ///< PlaneAlongRays, one after the other
@@ -41,6 +43,21 @@ struct NativeScene
   const float* Variation = nullptr; ///< TransferTable::Variation
   int Blocks = 0;                   ///< TransferTable::Blocks
   int ExtremesBlock = 0;            ///< TransferTable::ExtremesBlock
+  /// GradientTable::Values; null: none. Not with several components or another blend mode than
+  /// composite; of a kernel of its own.
+  const float* GradientOpacity = nullptr;
+
+  /// Of voxels with several components: one table each. The table above isn't read then.
+  struct ComponentTable
+  {
+    const float* Integrals = nullptr;
+    const std::uint32_t* Colors = nullptr;
+    const std::uint16_t* Occupied = nullptr;
+    const float* Extremes = nullptr;
+    int Blocks = 0;
+  };
+  std::array<ComponentTable, MarchParameters::MaximumComponents> ComponentTables{};
+  int Components = 1; ///< slots hold component after component
 
   int Width = 0; ///< pixels
   int Height = 0;
@@ -48,12 +65,23 @@ struct NativeScene
   std::int32_t* Position = nullptr; ///< brick; level | interval << 8 | status << 16
   const float* Depth = nullptr;     ///< opaque depth, 0..1
   float* Error = nullptr;           ///< estimate of the colour's error so far, or nothing
+  float* FirstHit = nullptr; ///< depth and level at which the transmittance is Value[3], or nothing
+
+  /// Of a picture of which some pixels are interpolated (ImageLattice.h), else null: per pixel
+  /// what is known of its ray (RayDeferred, RayInside), and what it may have missed
+  /// (KernelWatch.h).
+  std::uint8_t* Lattice = nullptr;
+  float* Missed = nullptr;
+  float* Reach = nullptr;     ///< depth behind which a ray met nothing that may be visible
+  float LatticeTolerance = 0; ///< LatticeLimits
+  float LatticeDistance = 0;
 
   std::uint8_t* UsedSlots = nullptr;  ///< set to 1
   std::uint8_t* UsedBlocks = nullptr; ///< set to 1
 
   std::uint32_t BytesPerTexel = 1;
   bool FloatTexels = false;
+  bool Masked = false; ///< slots hold a mask behind the voxels; composite blending, no FixedStep
   bool Nearest = false;
   bool FixedStep = false;
   bool Shade = false;
@@ -86,6 +114,11 @@ struct NativeReport
 using NativeKernel = void (*)(
   const NativeScene& scene, int left, int bottom, int right, int top, NativeReport& report);
 
+/// Decides on the pixels of a tile that stage `stage` of a picture's lattice adds: interpolates
+/// them or leaves them to be cast. Returns how many have yet to be.
+using NativeRefiner = std::uint32_t (*)(
+  const NativeScene& scene, int stage, int left, int bottom, int right, int top);
+
 /// Turns what a projection mode gathered into premultiplied colour and transmittance, for all
 /// pixels of a picture.
 using NativeResolver = void (*)(const NativeScene& scene);
@@ -93,6 +126,13 @@ using NativeResolver = void (*)(const NativeScene& scene);
 /// The kernel for this processor: for AVX2 where it has that, else for any. Both draw the same to
 /// the bit. TERAVOX_NATIVE_ISA=baseline in the environment chooses the latter, for tests.
 NativeKernel ChooseNativeKernel();
+NativeRefiner ChooseNativeRefiner();
+/// The same for voxels with several components.
+NativeKernel ChooseComponentKernel();
+/// The same for scenes with GradientOpacity.
+NativeKernel ChooseGradientKernel();
+/// The same for volumes with a mask.
+NativeKernel ChooseMaskKernel();
 NativeResolver ChooseNativeResolver();
 
 } // namespace teravox

@@ -1,16 +1,24 @@
 # SPDX-FileCopyrightText: Teravox contributors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Out-of-core volume rendering for VTK: `import teravox` beside `import vtk`."""
+"""Out-of-core volume rendering for VTK: `import teravox` beside `import vtk`.
 
-# The wrapped superclasses must be known before the classes below are loaded, and VTK's factories
-# must be registered before the first render window is made.
-import vtkmodules.vtkCommonCore
-import vtkmodules.vtkCommonDataModel
-import vtkmodules.vtkCommonExecutionModel
-import vtkmodules.vtkRenderingCore
-import vtkmodules.vtkRenderingVolume
-import vtkmodules.vtkRenderingOpenGL2
-import vtkmodules.vtkRenderingVolumeOpenGL2
-import vtkmodules.vtkInteractionStyle
+open() and source() give VTK sources of files and arrays, volume() a vtkVolume that is ready to be
+drawn, screenshot() a picture, convert() a pyramid file. The wrapped classes are here as well.
 
+Axes of arrays are (z, y, x[, component]), as numpy, h5py and zarr have them; what lies in the
+world (spacing, origin, camera) is (x, y, z), as VTK has it. Sizes in memory take numbers of bytes,
+or texts such as "512M".
+
+VTK isn't made for several threads: while one waits for a picture, others must leave its pipeline
+alone. Python's interpreter lock is free meanwhile.
+"""
+import atexit as _atexit
+
+from . import _vtk
+from . import _callback
 from .vtkRenderingOutOfCore import *
+from ._pipeline import convert, info, open, read, source, volume
+from ._picture import screenshot
+
+# Before the interpreter ends, threads that load bricks must be out of it.
+_atexit.register(_callback.close)

@@ -118,6 +118,10 @@ Status CheckArray(const ArrayDescription& array)
   {
     return refuse("it has no data.");
   }
+  if (array.Layout && array.Layout->Dimensions(0) != array.Dimensions)
+  {
+    return refuse("its levels are those of a volume of another size.");
+  }
   if (array.Components < 1 || array.Components > 4)
   {
     return refuse(
@@ -144,8 +148,9 @@ Status CheckArray(const ArrayDescription& array)
 Result<std::shared_ptr<ArrayBrickSource>> ArrayBrickSource::Make(const ArrayDescription& array)
 {
   // First, because the other checks multiply the dimensions.
-  Result<PyramidLayout> layout =
-    PyramidLayout::MakeDefault(array.Dimensions, array.Spacing, array.BrickSize);
+  Result<PyramidLayout> layout = array.Layout
+    ? Result<PyramidLayout>(*array.Layout)
+    : PyramidLayout::MakeDefault(array.Dimensions, array.Spacing, array.BrickSize);
   if (!layout)
   {
     return Status(
@@ -178,9 +183,14 @@ Result<std::shared_ptr<ArrayBrickSource>> ArrayBrickSource::Make(const ArrayDesc
 }
 
 ArrayBrickSource::ArrayBrickSource(const ArrayDescription& array)
-  : Owner(array.Owner)
+  : Method(array.Mask  ? Downsampling::Any
+        : array.Labels ? Downsampling::Mode
+                       : Downsampling::Average)
+  , Owner(array.Owner)
   , Finest(static_cast<const std::byte*>(array.Data))
+  , OwnBytes(array.OwnBytes)
 {
+  this->Memory = array.OwnBytes;
   this->Info_.Type = array.Type;
   this->Info_.Components = array.Components;
   this->Info_.Labels = array.Labels;
@@ -297,7 +307,7 @@ std::uint64_t ArrayBrickSource::PieceBytes() const
 int ArrayBrickSource::FirstKept(std::uint64_t budget) const
 {
   const auto levels = static_cast<int>(this->Levels.size());
-  std::uint64_t needed = this->CellBytes();
+  std::uint64_t needed = this->OwnBytes + this->CellBytes();
   int first = levels;
   while (first > 1 && budget >= needed && budget - needed >= this->LevelBytes(first - 1))
   {
@@ -307,7 +317,7 @@ int ArrayBrickSource::FirstKept(std::uint64_t budget) const
   {
     return first; // all are kept: nothing is computed in pieces
   }
-  needed = this->CellBytes() + MostPieces * this->PieceBytes();
+  needed = this->OwnBytes + this->CellBytes() + MostPieces * this->PieceBytes();
   first = levels;
   while (first > 1 && budget >= needed && budget - needed >= this->LevelBytes(first - 1))
   {
@@ -323,7 +333,7 @@ std::uint64_t ArrayBrickSource::LeastMemory() const
   {
     levels += this->LevelBytes(static_cast<int>(l));
   }
-  return this->CellBytes() + std::min(levels, MostPieces * this->PieceBytes());
+  return this->OwnBytes + this->CellBytes() + std::min(levels, MostPieces * this->PieceBytes());
 }
 
 Status ArrayBrickSource::CheckBudget() const
@@ -427,7 +437,7 @@ void ArrayBrickSource::BuildLevel(int level)
           if (finer.Data != nullptr)
           {
             DownsampleBox<T>(finer.Box<T>(this->BoxBelow(level, box), this->Info_.Components),
-              of.Group, this->Info_.Labels ? Downsampling::Mode : Downsampling::Average, slice);
+              of.Group, this->Method, slice);
             return;
           }
           PieceLease lease(*this);
@@ -487,8 +497,7 @@ void ArrayBrickSource::MakeBox(
           this->MakeBox(level - 1, below, made, pieces);
           from = BoxView<const T>::Dense(made.Data, size, components);
         }
-        DownsampleBox<T>(
-          from, group, this->Info_.Labels ? Downsampling::Mode : Downsampling::Average, to);
+        DownsampleBox<T>(from, group, this->Method, to);
       }
     }
   }

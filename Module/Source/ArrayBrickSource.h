@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct ArrayDescription
 {
   const void* Data = nullptr;
   std::shared_ptr<const void> Owner; ///< keeps Data alive; may be null if the caller does
+  std::uint64_t OwnBytes = 0; ///< of Data that is a copy, made to be drawn: counts as the source's
   ScalarType Type = ScalarType::UInt8;
   int Components = 1; ///< 1 to 4, interleaved
   Int3 Dimensions{ 0, 0, 0 };
@@ -30,7 +32,10 @@ struct ArrayDescription
   std::int64_t SliceStride = 0;
   int BrickSize = 64;
   bool Labels = false;
+  bool Mask = false; ///< levels by Downsampling::Any
   bool CellData = false;
+  /// Levels and bricks, instead of the default ones with BrickSize.
+  std::optional<PyramidLayout> Layout;
   ValueRange Range = ValueRange::Unknown(); ///< of all voxels, where the caller knows it
   Double3 Origin{ 0, 0, 0 };
   Double3 Spacing{ 1, 1, 1 };
@@ -54,7 +59,8 @@ struct ArrayDescription
 class ArrayBrickSource : public BrickSource
 {
 public:
-  /// Errors: no data, dimensions or components out of range, strides that overlap.
+  /// Errors: no data, dimensions or components out of range, strides that overlap, a layout of
+  /// other dimensions.
   static Result<std::shared_ptr<ArrayBrickSource>> Make(const ArrayDescription& array);
   ArrayBrickSource(const ArrayBrickSource&) = delete;
   ArrayBrickSource& operator=(const ArrayBrickSource&) = delete;
@@ -65,7 +71,7 @@ public:
   const VolumeInfo& Info() const override { return this->Info_; }
   Result<BrickPointer> ReadBrick(const BrickKey& key) override;
   Result<std::vector<ValueRange>> ReadRanges(const BrickKey& first, const Int3& count) override;
-  /// The levels and cells made so far, and the room for pieces.
+  /// The levels and cells made so far, the room for pieces, and OwnBytes.
   std::uint64_t MemoryUsed() const override;
   void SetMemoryBudget(std::uint64_t bytes) override;
   std::uint64_t LeastMemory() const override;
@@ -103,8 +109,10 @@ private:
   void BuildLevel(int level);
 
   VolumeInfo Info_;
+  const Downsampling Method;
   const std::shared_ptr<const void> Owner;
   const std::byte* const Finest; // level 0, the array itself
+  const std::uint64_t OwnBytes;
   std::mutex BuildMutex;         // one builds; taken before StateMutex
   mutable std::mutex StateMutex; // pointers of levels and cells, Kept, free pieces
   std::condition_variable PiecesChanged;

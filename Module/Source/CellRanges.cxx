@@ -95,9 +95,10 @@ CellRanges::CellRanges(const Int3& dimensions, const ScanFunction& scan)
             range = scan(CellBox(cell, edge, dimensions));
             continue;
           }
+          RangeUnion all;
           ForEachCell(CellBox(cell, CellEdge, finer->Dimensions),
-            [&](const Int3& child)
-            { range.Include(finer->Cells[Index(child, finer->Dimensions)]); });
+            [&](const Int3& child) { all.Include(finer->Cells[Index(child, finer->Dimensions)]); });
+          range = all.Get();
         }
       });
     below = dims;
@@ -111,17 +112,17 @@ CellRanges::CellRanges(const Int3& dimensions, const ScanFunction& scan)
 
 ValueRange CellRanges::Query(const VoxelBox& box, const ScanFunction& scan) const
 {
-  ValueRange range = ValueRange::Void();
+  RangeUnion range;
   if (!box.IsEmpty() && !this->Grids.empty())
   {
     this->Descend(static_cast<int>(this->Grids.size()) - 1, box,
       VoxelBox{ { 0, 0, 0 }, this->Grids.back().Dimensions }, scan, range);
   }
-  return range;
+  return range.Get();
 }
 
 void CellRanges::Descend(int grid, const VoxelBox& box, const VoxelBox& cells,
-  const ScanFunction& scan, ValueRange& range) const
+  const ScanFunction& scan, RangeUnion& range) const
 {
   const Grid& g = this->Grids[static_cast<std::size_t>(grid)];
   VoxelBox touched;
@@ -134,7 +135,12 @@ void CellRanges::Descend(int grid, const VoxelBox& box, const VoxelBox& cells,
     [&](const Int3& cell)
     {
       const ValueRange& known = g.Cells[Index(cell, g.Dimensions)];
-      if (range.Contains(known))
+      if (known.IsVoid())
+      {
+        range.SomeAreVoid = true;
+        return;
+      }
+      if (range.Range.Contains(known))
       {
         return;
       }

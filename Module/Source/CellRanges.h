@@ -3,6 +3,7 @@
 #pragma once
 
 #include "BrickGeometry.h"
+#include "RangeUnion.h"
 
 #include <functional>
 #include <vector>
@@ -40,7 +41,7 @@ private:
   };
 
   void Descend(int grid, const VoxelBox& box, const VoxelBox& cells, const ScanFunction& scan,
-    ValueRange& range) const;
+    RangeUnion& range) const;
 
   Int3 Dimensions{ 0, 0, 0 };
   std::vector<Grid> Grids; // the finest first

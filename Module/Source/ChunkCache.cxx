@@ -7,6 +7,7 @@
 #include <exception>
 #include <list>
 #include <mutex>
+#include <new>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -246,11 +247,28 @@ Result<ChunkPointer> ChunkCache::Load(const ChunkKey& key, const Loader& load)
   // What nobody reserved memory for (an unwritten chunk) is cheaper to ask for again than to keep.
   if (outcome.Ok() && reservedAny && state.Used <= state.Budget)
   {
-    state.Recent.push_front({ key, outcome.Value() });
-    state.Index[key] = state.Recent.begin();
+    try
+    {
+      State::List made;
+      made.push_front({ key, outcome.Value() });
+      state.Index[key] = made.begin();
+      state.Recent.splice(state.Recent.begin(), made);
+    }
+    catch (const std::bad_alloc&)
+    {
+      // It isn't kept.
+    }
   }
+  // Whatever happens, those who wait for it must hear of it.
   const auto flight = state.Loading.find(key);
-  flight->second->Outcome = outcome;
+  try
+  {
+    flight->second->Outcome = outcome;
+  }
+  catch (const std::bad_alloc&)
+  {
+    flight->second->Outcome = Status(StatusCode::ResourceExhausted, std::string());
+  }
   flight->second->Done = true;
   state.Loading.erase(flight);
   state.Changed.notify_all();

@@ -2,15 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ChunkDecoder.h"
 
+#include "Bitshuffle.h"
+#include "ByteShuffle.h"
+#include "ChunkCodecs.h"
 #include "ScratchBytes.h"
 
 #include <algorithm>
 #include <cstring>
-#include <libdeflate.h>
-#include <limits>
-#include <lz4.h>
-#include <memory>
-#include <new>
 
 namespace teravox
 {
@@ -19,157 +17,8 @@ namespace
 {
 using Bytes = std::vector<std::byte>;
 
-Status Corrupt(const std::string& cause)
-{
-  return { StatusCode::Corrupt, cause };
-}
-
-std::uint64_t BigEndianNumber(const std::byte* p, int bytes)
-{
-  std::uint64_t v = 0;
-  for (int i = 0; i < bytes; ++i)
-  {
-    v = v << 8 | std::to_integer<std::uint64_t>(p[i]);
-  }
-  return v;
-}
-
-struct DecompressorDeleter
-{
-  void operator()(libdeflate_decompressor* d) const { libdeflate_free_decompressor(d); }
-};
-
-Status Inflate(const Bytes& in, std::size_t limit, bool exact, Bytes& out)
-{
-  thread_local const std::unique_ptr<libdeflate_decompressor, DecompressorDeleter> decompressor(
-    libdeflate_alloc_decompressor());
-  if (!decompressor)
-  {
-    throw std::bad_alloc();
-  }
-  // With the size known there is one attempt; else the buffer grows up to the limit.
-  std::size_t size = exact ? limit : std::min(limit, in.size() * 4 + 64);
-  while (true)
-  {
-    out.resize(size);
-    std::size_t actual = 0;
-    const libdeflate_result result = libdeflate_zlib_decompress(
-      decompressor.get(), in.data(), in.size(), out.data(), out.size(), &actual);
-    if (result == LIBDEFLATE_SUCCESS)
-    {
-      out.resize(actual);
-      return {};
-    }
-    if (result != LIBDEFLATE_INSUFFICIENT_SPACE)
-    {
-      return Corrupt("its deflate stream is damaged");
-    }
-    if (size >= limit)
-    {
-      return Corrupt("its deflate stream holds more than the " + std::to_string(limit) +
-        " bytes that a chunk can have");
-    }
-    size = std::min(limit, size * 2);
-  }
-}
-
-Status DecodeLZ4(const Bytes& in, std::size_t limit, Bytes& out)
-{
-  constexpr std::size_t header = 12;
-  if (in.size() < header)
-  {
-    return Corrupt("its LZ4 header is cut off");
-  }
-  const std::uint64_t total = BigEndianNumber(in.data(), 8);
-  const std::uint64_t blockSize = std::min(BigEndianNumber(in.data() + 8, 4), total);
-  if (total > limit)
-  {
-    return Corrupt("its LZ4 header promises " + std::to_string(total) + " bytes, but a chunk has " +
-      std::to_string(limit));
-  }
-  if (total > 0 && (blockSize == 0 || blockSize > LZ4_MAX_INPUT_SIZE))
-  {
-    return Corrupt("its LZ4 block size is " + std::to_string(blockSize));
-  }
-  out.resize(static_cast<std::size_t>(total));
-  std::size_t from = header;
-  std::size_t to = 0;
-  while (to < out.size())
-  {
-    const std::size_t block = std::min(static_cast<std::size_t>(blockSize), out.size() - to);
-    if (in.size() - from < 4)
-    {
-      return Corrupt("its LZ4 data are cut off");
-    }
-    const auto stored = static_cast<std::size_t>(BigEndianNumber(in.data() + from, 4));
-    from += 4;
-    if (stored > in.size() - from || stored > LZ4_MAX_INPUT_SIZE)
-    {
-      return Corrupt("its LZ4 data are cut off");
-    }
-    if (stored == block)
-    {
-      std::memcpy(out.data() + to, in.data() + from, block);
-    }
-    else
-    {
-      const int n = LZ4_decompress_safe(reinterpret_cast<const char*>(in.data() + from),
-        reinterpret_cast<char*>(out.data() + to), static_cast<int>(stored),
-        static_cast<int>(block));
-      if (n < 0 || static_cast<std::size_t>(n) != block)
-      {
-        return Corrupt("its LZ4 data are damaged");
-      }
-    }
-    from += stored;
-    to += block;
-  }
-  return {};
-}
-
-// With the size known, whole elements are written at once.
-template <std::size_t ElementSize>
-void Interleave(const std::byte* in, std::size_t n, std::byte* out)
-{
-  for (std::size_t i = 0; i < n; ++i)
-  {
-    for (std::size_t b = 0; b < ElementSize; ++b)
-    {
-      out[i * ElementSize + b] = in[b * n + i];
-    }
-  }
-}
-
-void Unshuffle(const Bytes& in, std::size_t elementSize, Bytes& out)
-{
-  out.resize(in.size());
-  const std::size_t n = in.size() / elementSize;
-  switch (elementSize)
-  {
-    case 2:
-      Interleave<2>(in.data(), n, out.data());
-      break;
-    case 4:
-      Interleave<4>(in.data(), n, out.data());
-      break;
-    case 8:
-      Interleave<8>(in.data(), n, out.data());
-      break;
-    default:
-      for (std::size_t b = 0; b < elementSize; ++b)
-      {
-        const std::byte* from = in.data() + b * n;
-        std::byte* to = out.data() + b;
-        for (std::size_t i = 0; i < n; ++i)
-        {
-          to[i * elementSize] = from[i];
-        }
-      }
-  }
-  const std::size_t done = n * elementSize;
-  std::copy(in.begin() + static_cast<std::ptrdiff_t>(done), in.end(),
-    out.begin() + static_cast<std::ptrdiff_t>(done));
-}
+using codec::BigEndianNumber;
+using codec::Corrupt;
 
 // The checksum of HDF5's filter 3: Fletcher's sums over big-endian 16-bit words.
 std::uint32_t Fletcher32(const std::byte* data, std::size_t size)
@@ -227,6 +76,102 @@ Status CheckFletcher32(Bytes& data)
   return {};
 }
 
+// Parameters of the scale-offset filter, as H5Zscaleoffset.c of the library has them.
+struct ScaleOffset
+{
+  static constexpr std::size_t Count = 8; // without the fill value
+  static constexpr unsigned IntegerClass = 0;
+
+  static bool IsOfIntegers(const ChunkFilter& filter)
+  {
+    const std::vector<unsigned>& p = filter.Parameters;
+    const std::size_t size = p.size() < Count ? 0 : p[4];
+    return (size == 1 || size == 2 || size == 4 || size == 8) && p[3] == IntegerClass &&
+      (p[7] != 1 || p.size() >= Count + (size + 3) / 4);
+  }
+};
+
+// A chunk is its number of bits, the size of its least value, that value (little-endian), and the
+// differences from it, each of that many bits, the highest first. All bits set is the fill value.
+Status DecodeScaleOffset(
+  const Bytes& in, const std::vector<unsigned>& parameters, std::size_t bytes, Bytes& out)
+{
+  constexpr std::size_t header = 21;
+  const std::size_t element = parameters[4];
+  const bool bigEndian = parameters[6] == 1;
+  const bool fillDefined = parameters[7] == 1;
+  if (bytes % element != 0 || bytes / element != parameters[2])
+  {
+    return Corrupt("its scale-offset filter is for " + std::to_string(parameters[2]) +
+      " values of " + std::to_string(element) + " bytes");
+  }
+  if (in.size() < header)
+  {
+    return Corrupt("its scale-offset header is cut off");
+  }
+  const auto littleEndian = [&](std::size_t at, std::size_t n)
+  {
+    std::uint64_t v = 0;
+    for (std::size_t i = 0; i < n; ++i)
+    {
+      v |= std::to_integer<std::uint64_t>(in[at + i]) << (8 * i);
+    }
+    return v;
+  };
+  const std::uint64_t bits = littleEndian(0, 4);
+  const std::uint64_t least = littleEndian(5, std::to_integer<std::size_t>(in[4]) == 4 ? 4 : 8);
+  const std::size_t count = bytes / element;
+  if (bits > 8 * element || (bits > 0 && (in.size() - header) * 8 / bits < count))
+  {
+    return Corrupt("its scale-offset data are cut off");
+  }
+  out.resize(bytes);
+  if (bits == 8 * element)
+  {
+    // As they are, in the order of the machine that wrote them: little-endian, as all of today's.
+    std::memcpy(out.data(), in.data() + header, bytes);
+    for (std::size_t i = 0; i < count && bigEndian; ++i)
+    {
+      std::reverse(out.begin() + static_cast<std::ptrdiff_t>(i * element),
+        out.begin() + static_cast<std::ptrdiff_t>((i + 1) * element));
+    }
+    return {};
+  }
+  const std::uint64_t all = (std::uint64_t{ 1 } << bits) - 1;
+  std::uint64_t fill = 0;
+  if (fillDefined)
+  {
+    fill = parameters[8] | (element == 8 ? std::uint64_t{ parameters[9] } << 32 : 0);
+  }
+  const std::byte* next = in.data() + header;
+  unsigned have = 0; // bits of `window` not yet taken
+  std::uint64_t window = 0;
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    std::uint64_t value = 0;
+    auto wanted = static_cast<unsigned>(bits);
+    while (wanted > 0)
+    {
+      if (have == 0)
+      {
+        window = std::to_integer<std::uint64_t>(*next++);
+        have = 8;
+      }
+      const unsigned take = std::min(wanted, have);
+      have -= take;
+      wanted -= take;
+      value = value << take | (window >> have & ((std::uint64_t{ 1 } << take) - 1));
+    }
+    value = fillDefined && value == all ? fill : value + least;
+    for (std::size_t b = 0; b < element; ++b)
+    {
+      out[i * element + (bigEndian ? element - 1 - b : b)] =
+        static_cast<std::byte>(value >> (8 * b) & 0xffu);
+    }
+  }
+  return {};
+}
+
 void SwapBytes(Bytes& data, std::size_t elementSize)
 {
   for (std::size_t i = 0; i + elementSize <= data.size(); i += elementSize)
@@ -254,24 +199,57 @@ ChunkDecoder::ChunkDecoder(
 bool ChunkDecoder::IsComplete() const
 {
   return std::all_of(this->Filters_.begin(), this->Filters_.end(),
-    [](const ChunkFilter& f)
+    [this](const ChunkFilter& f)
     {
-      return f.Id == ChunkFilter::Deflate || f.Id == ChunkFilter::Shuffle ||
-        f.Id == ChunkFilter::Fletcher32 || f.Id == ChunkFilter::LZ4;
+      switch (f.Id)
+      {
+        case ChunkFilter::Deflate:
+        case ChunkFilter::Shuffle:
+        case ChunkFilter::Fletcher32:
+        case ChunkFilter::LZF:
+        case ChunkFilter::Blosc:
+        case ChunkFilter::LZ4:
+        case ChunkFilter::Zstandard:
+          return true;
+        case ChunkFilter::Szip:
+          return codec::KnowsSzip(f.Parameters);
+        case ChunkFilter::ScaleOffset:
+          return ScaleOffset::IsOfIntegers(f);
+        case ChunkFilter::Bitshuffle:
+          return Bitshuffle(f.Parameters, this->ElementSize).IsKnown();
+        default:
+          return false;
+      }
     });
 }
 
 std::size_t ChunkDecoder::LargestRawSize() const
 {
-  // Deflate and LZ4 grow incompressible data by less than 1 %, plus headers, at each stage.
-  return this->Filters_.empty()
-    ? this->ChunkBytes_
-    : this->ChunkBytes_ + (this->ChunkBytes_ / 64 + 1024) * this->Filters_.size();
+  // Codecs grow incompressible data by less than 1 %, plus headers, at each stage.
+  std::size_t size = this->ChunkBytes_;
+  for (const ChunkFilter& filter : this->Filters_)
+  {
+    size += this->ChunkBytes_ / 64 + 1024;
+    if (filter.Id == ChunkFilter::Bitshuffle)
+    {
+      size += Bitshuffle(filter.Parameters, this->ElementSize).LargestGrowth(this->ChunkBytes_);
+    }
+  }
+  return size;
 }
 
 std::size_t ChunkDecoder::ScratchSize() const
 {
-  return this->Filters_.size() > 1 ? this->LargestRawSize() : 0;
+  std::size_t size = this->Filters_.size() > 1 ? this->LargestRawSize() : 0;
+  for (const ChunkFilter& filter : this->Filters_)
+  {
+    // Two blocks, which may be the whole chunk; szip's lines are padded to less than twice their
+    // length.
+    const bool needsBlocks = filter.Id == ChunkFilter::Bitshuffle ||
+      filter.Id == ChunkFilter::Blosc || filter.Id == ChunkFilter::Szip;
+    size += needsBlocks ? 2 * this->LargestRawSize() : 0;
+  }
+  return size;
 }
 
 std::size_t ChunkDecoder::SizeBefore(
@@ -280,20 +258,19 @@ std::size_t ChunkDecoder::SizeBefore(
   std::size_t size = this->ChunkBytes_;
   for (std::size_t i = 0; i < filter; ++i)
   {
-    if (!IsApplied(i, filterMask))
+    const ChunkFilter& before = this->Filters_[i];
+    if (!IsApplied(i, filterMask) || before.Id == ChunkFilter::Shuffle ||
+      (before.Id == ChunkFilter::Bitshuffle &&
+        Bitshuffle(before.Parameters, this->ElementSize).KeepsSize()))
     {
       continue;
     }
-    const int id = this->Filters_[i].Id;
-    if (id == ChunkFilter::Fletcher32)
-    {
-      size += 4;
-    }
-    else if (id != ChunkFilter::Shuffle)
+    if (before.Id != ChunkFilter::Fletcher32)
     {
       exact = false;
       return this->LargestRawSize();
     }
+    size += 4;
   }
   exact = true;
   return size;
@@ -301,6 +278,10 @@ std::size_t ChunkDecoder::SizeBefore(
 
 Status ChunkDecoder::Decode(Bytes& raw, std::uint32_t filterMask, Bytes& out) const
 {
+  if (!this->IsComplete())
+  {
+    return Corrupt("it has a filter that isn't known here");
+  }
   if (raw.size() > this->LargestRawSize())
   {
     return Corrupt("it is stored in " + std::to_string(raw.size()) + " bytes, but decodes to " +
@@ -323,10 +304,29 @@ Status ChunkDecoder::Decode(Bytes& raw, std::uint32_t filterMask, Bytes& out) co
     switch (filter.Id)
     {
       case ChunkFilter::Deflate:
-        status = Inflate(*current, size, exact, next);
+        status = codec::Inflate(*current, size, exact, next);
+        break;
+      case ChunkFilter::Szip:
+        status = codec::DecodeSzip(*current, filter.Parameters, size, next);
+        break;
+      case ChunkFilter::LZF:
+        status = codec::DecodeLZF(*current, size, exact, next);
+        break;
+      case ChunkFilter::Blosc:
+        status = codec::DecodeBlosc(*current, size, next);
         break;
       case ChunkFilter::LZ4:
-        status = DecodeLZ4(*current, size, next);
+        status = codec::DecodeLZ4(*current, size, next);
+        break;
+      case ChunkFilter::Bitshuffle:
+        status = Bitshuffle(filter.Parameters, this->ElementSize).Decode(*current, size, next);
+        break;
+      case ChunkFilter::Zstandard:
+        status = codec::DecodeZstandard(*current, size, next);
+        break;
+      case ChunkFilter::ScaleOffset:
+        status = !exact ? Corrupt("its scale-offset filter comes after one that changes its size")
+                        : DecodeScaleOffset(*current, filter.Parameters, size, next);
         break;
       case ChunkFilter::Shuffle:
       {
@@ -336,7 +336,11 @@ Status ChunkDecoder::Decode(Bytes& raw, std::uint32_t filterMask, Bytes& out) co
         {
           continue;
         }
-        Unshuffle(*current, element, next);
+        const std::size_t n = current->size() / element;
+        next.resize(current->size());
+        Unshuffle(current->data(), n, element, next.data());
+        std::copy(current->begin() + static_cast<std::ptrdiff_t>(n * element), current->end(),
+          next.begin() + static_cast<std::ptrdiff_t>(n * element));
         break;
       }
       case ChunkFilter::Fletcher32:

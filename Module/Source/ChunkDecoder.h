@@ -18,15 +18,22 @@ struct ChunkFilter
   static constexpr int Deflate = 1;
   static constexpr int Shuffle = 2;
   static constexpr int Fletcher32 = 3;
+  static constexpr int Szip = 4;
+  static constexpr int ScaleOffset = 6;
+  static constexpr int LZF = 32000;
+  static constexpr int Blosc = 32001;
   static constexpr int LZ4 = 32004;
+  static constexpr int Bitshuffle = 32008;
+  static constexpr int Zstandard = 32015;
 
   int Id = 0;
   std::string Name;
   std::vector<unsigned> Parameters;
 };
 
-/// Undoes the filters of a raw HDF5 chunk without the HDF5 library: shuffle, deflate, Fletcher-32
-/// and LZ4 (32004), and swaps big-endian elements. No size found in the data is trusted.
+/// Undoes the filters of a raw HDF5 chunk without the HDF5 library: shuffle, deflate, Fletcher-32,
+/// szip, scale-offset of integers, LZF (32000), Blosc 1 (32001), LZ4 (32004), bitshuffle (32008)
+/// and Zstandard (32015), and swaps big-endian elements. No size found in the data is trusted.
 /// Thread: immutable.
 class ChunkDecoder
 {

@@ -2,11 +2,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "HDF5BrickSource.h"
 
+#include "AMRBoxes.h"
+#include "BrickTarget.h"
 #include "ChunkCache.h"
 #include "HDF5Dataset.h"
 #include "HDF5File.h"
-#include "PyramidMetadata.h"
+#include "HDF5Levels.h"
+#include "HDF5Lock.h"
+#include "PreviewLevels.h"
 #include "PyramidStatistics.h"
+#include "ScratchBytes.h"
 #include "SpareBuffers.h"
 
 #include <algorithm>
@@ -19,181 +24,32 @@ namespace teravox
 
 namespace
 {
+// Chunks that one call of ReadRanges() asks after: about a microsecond each.
+constexpr std::int64_t MostLookups = 1 << 15;
+
 // Of the budget, what may wait for the next bricks.
 constexpr std::uint64_t SpareShare = 16;
 constexpr std::uint64_t LeastForSpare = std::uint64_t{ 16 } << 20;
 
-std::string Text(const Int3& v)
+Status CantRead(const BrickKey& key, const Status& cause)
 {
-  return std::to_string(v[0]) + " x " + std::to_string(v[1]) + " x " + std::to_string(v[2]);
-}
-
-/// A box of voxels of one level that becomes a brick.
-struct Target
-{
-  std::byte* Voxels = nullptr;
-  std::size_t VoxelBytes = 1;
-  std::int64_t StoredSize = 0;
-  Int3 Start{ 0, 0, 0 }; // of the brick with its border; may lie outside the level
-  Int3 Low{ 0, 0, 0 };   // the part of it that lies inside
-  Int3 High{ 0, 0, 0 };
-
-  std::byte* Row(std::int64_t y, std::int64_t z) const
-  {
-    return this->Voxels +
-      static_cast<std::size_t>((z * this->StoredSize + y) * this->StoredSize) * this->VoxelBytes;
-  }
-};
-
-/// Rows of voxels in two arrays: the first one, and bytes from row to row and slice to slice.
-struct Rows
-{
-  std::int64_t Count = 0;
-  std::int64_t Slices = 0;
-  std::ptrdiff_t FromRow = 0;
-  std::ptrdiff_t FromSlice = 0;
-  std::ptrdiff_t ToRow = 0;
-  std::ptrdiff_t ToSlice = 0;
-};
-
-// `Bytes` as a constant: a row is a few instructions, and not a call. 0: not known.
-template <std::size_t Bytes>
-void CopyRows(const Rows& rows, const std::byte* from, std::byte* to, std::size_t bytes)
-{
-  for (std::int64_t z = 0; z < rows.Slices; ++z)
-  {
-    const std::byte* a = from + z * rows.FromSlice;
-    std::byte* b = to + z * rows.ToSlice;
-    for (std::int64_t y = 0; y < rows.Count; ++y, a += rows.FromRow, b += rows.ToRow)
-    {
-      std::memcpy(b, a, Bytes == 0 ? bytes : Bytes);
-    }
-  }
-}
-
-// The usual rows: of a whole chunk, and of a border.
-void CopyRows(const Rows& rows, const std::byte* from, std::byte* to, std::size_t bytes)
-{
-  switch (bytes)
-  {
-    case 2:
-      return CopyRows<2>(rows, from, to, bytes);
-    case 4:
-      return CopyRows<4>(rows, from, to, bytes);
-    case 8:
-      return CopyRows<8>(rows, from, to, bytes);
-    case 64:
-      return CopyRows<64>(rows, from, to, bytes);
-    case 128:
-      return CopyRows<128>(rows, from, to, bytes);
-    default:
-      return CopyRows<0>(rows, from, to, bytes);
-  }
-}
-
-// Copies what a chunk has of the target; a chunk without voxels is the fill value.
-void CopyChunk(
-  const Chunk& chunk, const Int3& chunkStart, const HDF5Dataset& dataset, const Target& target)
-{
-  const Int3& size = dataset.ChunkSize();
-  Int3 low{};
-  Int3 high{};
-  for (std::size_t a = 0; a < 3; ++a)
-  {
-    low[a] = std::max(target.Low[a], chunkStart[a]);
-    high[a] = std::min(target.High[a], chunkStart[a] + size[a]);
-  }
-  const std::size_t bytes = target.VoxelBytes;
-  const auto count = static_cast<std::size_t>(high[0] - low[0]);
-  if (!chunk.Voxels.empty())
-  {
-    const auto voxel = static_cast<std::ptrdiff_t>(bytes);
-    const std::int64_t first =
-      ((low[2] - chunkStart[2]) * size[1] + low[1] - chunkStart[1]) * size[0] + low[0] -
-      chunkStart[0];
-    const Rows rows{ high[1] - low[1], high[2] - low[2], size[0] * voxel, size[0] * size[1] * voxel,
-      target.StoredSize * voxel, target.StoredSize * target.StoredSize * voxel };
-    CopyRows(rows, chunk.Voxels.data() + first * voxel,
-      target.Row(low[1] - target.Start[1], low[2] - target.Start[2]) +
-        (low[0] - target.Start[0]) * voxel,
-      count * bytes);
-    return;
-  }
-  for (std::int64_t z = low[2]; z < high[2]; ++z)
-  {
-    for (std::int64_t y = low[1]; y < high[1]; ++y)
-    {
-      std::byte* to = target.Row(y - target.Start[1], z - target.Start[2]) +
-        static_cast<std::size_t>(low[0] - target.Start[0]) * bytes;
-      for (std::size_t x = 0; x < count; ++x)
-      {
-        std::memcpy(to + x * bytes, dataset.Fill().data(), bytes);
-      }
-    }
-  }
+  return { cause.Code(), "Can't read " + key.ToString() + ": " + cause.Message() + "." };
 }
 
 Status CopyRead(const Result<ChunkPointer>& read, const BrickKey& key, const Int3& chunk,
-  const HDF5Dataset& dataset, const Target& target)
+  const HDF5Dataset& dataset, const BrickTarget& target)
 {
   if (!read.Ok())
   {
-    return { read.GetStatus().Code(),
-      "Can't read " + key.ToString() + ": " + read.GetStatus().Message() + "." };
+    return CantRead(key, read.GetStatus());
   }
   Int3 start{};
   for (std::size_t a = 0; a < 3; ++a)
   {
     start[a] = chunk[a] * dataset.ChunkSize()[a];
   }
-  CopyChunk(*read.Value(), start, dataset, target);
+  PutChunk(*read.Value(), start, dataset, target);
   return {};
-}
-
-// Repeats the outermost voxels inside the level over what lies outside.
-void Clamp(const Target& t)
-{
-  Int3 low{};
-  Int3 high{};
-  for (std::size_t a = 0; a < 3; ++a)
-  {
-    low[a] = t.Low[a] - t.Start[a];
-    high[a] = t.High[a] - t.Start[a];
-  }
-  const auto rowBytes = static_cast<std::size_t>(t.StoredSize) * t.VoxelBytes;
-  for (std::int64_t z = low[2]; z < high[2]; ++z)
-  {
-    for (std::int64_t y = low[1]; y < high[1]; ++y)
-    {
-      std::byte* row = t.Row(y, z);
-      const auto voxel = [&](std::int64_t x)
-      { return row + static_cast<std::size_t>(x) * t.VoxelBytes; };
-      for (std::int64_t x = 0; x < low[0]; ++x)
-      {
-        std::memcpy(voxel(x), voxel(low[0]), t.VoxelBytes);
-      }
-      for (std::int64_t x = high[0]; x < t.StoredSize; ++x)
-      {
-        std::memcpy(voxel(x), voxel(high[0] - 1), t.VoxelBytes);
-      }
-    }
-    for (std::int64_t y = 0; y < t.StoredSize; ++y)
-    {
-      const std::int64_t inside = std::clamp(y, low[1], high[1] - 1);
-      if (inside != y)
-      {
-        std::memcpy(t.Row(y, z), t.Row(inside, z), rowBytes);
-      }
-    }
-  }
-  for (std::int64_t z = 0; z < t.StoredSize; ++z)
-  {
-    const std::int64_t inside = std::clamp(z, low[2], high[2] - 1);
-    if (inside != z)
-    {
-      std::memcpy(t.Row(0, z), t.Row(0, inside), rowBytes * static_cast<std::size_t>(t.StoredSize));
-    }
-  }
 }
 } // namespace
 
@@ -216,113 +72,65 @@ public:
   }
 
   Status Open(const std::string& fileName, const HDF5OpenOptions& options);
-  Status OpenLevels(const PyramidMetadata& metadata);
   Status Gather(const BrickKey& key, Brick& brick);
+  Status GatherPart(const BrickKey& key, std::size_t part, std::byte* voxels);
+  Status GatherPreview(const BrickKey& key, std::size_t part, std::byte* voxels);
+  Status GatherBoxes(const BrickKey& key, std::size_t part, std::byte* voxels);
+  BrickTarget TargetOf(const BrickKey& key, std::byte* voxels) const;
   Status CheckKey(const BrickKey& key, int pageLevels) const;
+  std::vector<ValueRange> RangesOfUnwritten(
+    const BrickKey& first, const Int3& count, std::int64_t regionSize, std::int64_t total) const;
 
   ChunkCache Cache;
   /// Memory of bricks that were let go; the next ones are made in it.
   const std::shared_ptr<SpareBuffers> Spare = std::make_shared<SpareBuffers>();
   VolumeInfo Volume;
+  VolumeDescription Description;
+  int Channel = 0;
   std::shared_ptr<HDF5File> File;
-  std::vector<std::shared_ptr<HDF5Dataset>> Levels;
+  HDF5Levels Levels;
   std::unique_ptr<PyramidStatistics> Statistics;
 };
 
-Status HDF5BrickSource::Internals::OpenLevels(const PyramidMetadata& metadata)
-{
-  for (const std::string& path : metadata.LevelPaths)
-  {
-    Result<std::shared_ptr<HDF5Dataset>> dataset = HDF5Dataset::Open(this->File, path);
-    if (!dataset.Ok())
-    {
-      return dataset.GetStatus();
-    }
-    this->Levels.push_back(std::move(dataset.Value()));
-    const HDF5Dataset& level = *this->Levels.back();
-    const HDF5Dataset& finest = *this->Levels.front();
-    if (level.Type() != finest.Type() || level.Components() != finest.Components())
-    {
-      return { StatusCode::Corrupt,
-        "The " + level.Name() + " has another type or number of components than level 0." };
-    }
-    if (level.Components() > 4)
-    {
-      return { StatusCode::Unsupported,
-        "The " + level.Name() + " has " + std::to_string(level.Components()) +
-          " components; at most 4 are possible." };
-    }
-  }
-  return {};
-}
-
 Status HDF5BrickSource::Internals::Open(const std::string& fileName, const HDF5OpenOptions& options)
 {
-  Result<std::shared_ptr<HDF5File>> file = HDF5File::Open(fileName);
-  if (!file.Ok())
+  VolumeRequest request;
+  request.Path = options.DatasetPath;
+  request.Channel = options.Channel;
+  request.TimePoint = options.TimePoint;
+  Result<OpenedVolume> opened = OpenVolumeFile(fileName, request);
+  if (!opened.Ok())
   {
-    return file.GetStatus();
+    return opened.GetStatus();
   }
-  this->File = std::move(file.Value());
-  PyramidMetadata metadata;
-  if (options.DatasetPath.empty())
-  {
-    Result<PyramidMetadata> read = PyramidMetadata::Read(*this->File);
-    if (!read.Ok())
-    {
-      return read.GetStatus();
-    }
-    metadata = std::move(read.Value());
-  }
-  else
-  {
-    const std::string& path = options.DatasetPath;
-    metadata.LevelPaths = { path.front() == '/' ? path : "/" + path };
-    metadata.Factors = { Int3{ 1, 1, 1 } };
-    metadata.ArrayName = path.substr(path.rfind('/') + 1);
-  }
-  Status status = this->OpenLevels(metadata);
+  this->File = std::move(opened.Value().File);
+  this->Description = std::move(opened.Value().Description);
+  VolumeDescription& d = this->Description;
+  const Status status = this->Levels.Open(this->File, d, options.BrickSize, options.PreviewsFrom);
   if (!status.Ok())
   {
     return status;
   }
-  const HDF5Dataset& finest = *this->Levels.front();
-  Result<PyramidLayout> layout =
-    PyramidLayout::Make(finest.Dimensions(), options.BrickSize, metadata.Factors);
-  if (!layout.Ok())
-  {
-    return { layout.GetStatus().Code(),
-      "The " + finest.Name() + " can't be used: " + layout.GetStatus().Message() };
-  }
-  for (int l = 1; l < layout.Value().NumberOfLevels(); ++l)
-  {
-    const HDF5Dataset& level = *this->Levels[static_cast<std::size_t>(l)];
-    if (level.Dimensions() != layout.Value().Dimensions(l))
-    {
-      return { StatusCode::Corrupt,
-        "The " + level.Name() + " has " + Text(level.Dimensions()) + " voxels, but level " +
-          std::to_string(l) + " of this pyramid must have " + Text(layout.Value().Dimensions(l)) +
-          "." };
-    }
-  }
+  const HDF5Dataset& finest = this->Levels.At(0, 0);
   VolumeInfo& info = this->Volume;
-  info.Layout = std::move(layout.Value());
+  info.Layout = this->Levels.Layout();
   info.Type = finest.Type();
-  info.Components = finest.Components();
-  info.Labels = metadata.Labels;
-  info.CellData = metadata.CellData;
-  info.Range = metadata.Range;
-  info.Histogram = std::move(metadata.Histogram);
-  info.Origin = metadata.Origin;
-  info.Spacing = metadata.Spacing;
-  info.Direction = metadata.Direction;
-  info.ExtentStart = metadata.ExtentStart;
-  info.ArrayName = metadata.ArrayName;
+  info.Components = finest.Components() * static_cast<int>(this->Levels.Parts());
+  info.Labels = d.Labels;
+  info.CellData = d.CellData;
+  info.Range = d.Range;
+  info.Histogram = d.Histogram;
+  info.Origin = d.Origin;
+  info.Spacing = d.Spacing;
+  info.Direction = d.Direction;
+  info.ExtentStart = d.ExtentStart;
+  info.ArrayName = d.ArrayName;
   info.Name = finest.Name();
-  if (!metadata.StatisticsPath.empty())
+  this->Channel = options.Channel;
+  if (!d.StatisticsPath.empty())
   {
-    this->Statistics = std::make_unique<PyramidStatistics>(this->File, metadata.StatisticsPath,
-      this->Cache, static_cast<std::uint32_t>(this->Levels.size()));
+    this->Statistics = std::make_unique<PyramidStatistics>(this->File, d.StatisticsPath,
+      this->Cache, static_cast<std::uint32_t>(this->Levels.Count() * this->Levels.Parts()));
   }
   return {};
 }
@@ -342,14 +150,7 @@ Status HDF5BrickSource::Internals::CheckKey(const BrickKey& key, int pageLevels)
 Status HDF5BrickSource::Internals::Gather(const BrickKey& key, Brick& brick)
 {
   const PyramidLayout& layout = this->Volume.Layout;
-  const HDF5Dataset& dataset = *this->Levels[key.Level];
-  const Int3& dimensions = layout.Dimensions(key.Level);
   const Int3 index{ key.X, key.Y, key.Z };
-  Target target;
-  target.VoxelBytes = dataset.VoxelBytes();
-  target.StoredSize = layout.StoredSize();
-  Int3 first{};
-  Int3 last{};
   for (std::size_t a = 0; a < 3; ++a)
   {
     if (index[a] >= layout.Bricks(key.Level)[a])
@@ -357,17 +158,74 @@ Status HDF5BrickSource::Internals::Gather(const BrickKey& key, Brick& brick)
       return { StatusCode::InvalidArgument,
         "There is no " + key.ToString() + " in the " + this->Volume.Name + "." };
     }
+  }
+  const auto edge = static_cast<std::size_t>(layout.StoredSize());
+  const std::size_t voxels = edge * edge * edge;
+  const std::size_t partBytes = this->Levels.At(key.Level, 0).VoxelBytes();
+  const std::size_t parts = this->Levels.Parts();
+  const std::size_t bytes = voxels * partBytes * parts;
+  brick.Voxels = this->Spare->Take(bytes);
+  brick.Voxels.resize(bytes);
+  const auto gather = this->Description.Levels[key.Level].Preview ? &Internals::GatherPreview
+    : this->Description.Boxes                                     ? &Internals::GatherBoxes
+                                                                  : &Internals::GatherPart;
+  if (parts == 1)
+  {
+    return (this->*gather)(key, 0, brick.Voxels.data());
+  }
+  thread_local ScratchBytes kept;
+  std::vector<std::byte>& part = kept.Bytes();
+  part.resize(voxels * partBytes);
+  for (std::size_t p = 0; p < parts; ++p)
+  {
+    const Status status = (this->*gather)(key, p, part.data());
+    if (!status.Ok())
+    {
+      return status;
+    }
+    for (std::size_t v = 0; v < voxels; ++v)
+    {
+      std::memcpy(
+        brick.Voxels.data() + (v * parts + p) * partBytes, part.data() + v * partBytes, partBytes);
+    }
+  }
+  kept.Trim();
+  return {};
+}
+
+BrickTarget HDF5BrickSource::Internals::TargetOf(const BrickKey& key, std::byte* voxels) const
+{
+  const PyramidLayout& layout = this->Volume.Layout;
+  const Int3& dimensions = this->Levels.StoredSize(key.Level);
+  const Int3 index{ key.X, key.Y, key.Z };
+  BrickTarget target;
+  target.VoxelBytes = this->Levels.At(key.Level, 0).VoxelBytes();
+  target.StoredSize = layout.StoredSize();
+  target.Voxels = voxels;
+  for (std::size_t a = 0; a < 3; ++a)
+  {
     target.Start[a] = index[a] * layout.BrickSize() - BrickBorder;
-    target.Low[a] = std::max<std::int64_t>(0, target.Start[a]);
-    target.High[a] = std::min(dimensions[a], target.Start[a] + target.StoredSize);
+    // A brick may lie beyond the voxels that are there, which then are repeated into it.
+    target.Low[a] = std::clamp<std::int64_t>(target.Start[a], 0, dimensions[a] - 1);
+    target.High[a] =
+      std::max(target.Low[a] + 1, std::min(dimensions[a], target.Start[a] + target.StoredSize));
+  }
+  return target;
+}
+
+Status HDF5BrickSource::Internals::GatherPart(
+  const BrickKey& key, std::size_t part, std::byte* voxels)
+{
+  const HDF5Dataset& dataset = this->Levels.At(key.Level, part);
+  const std::uint32_t number = this->Levels.NumberOf(key.Level, part);
+  const BrickTarget target = this->TargetOf(key, voxels);
+  Int3 first{};
+  Int3 last{};
+  for (std::size_t a = 0; a < 3; ++a)
+  {
     first[a] = target.Low[a] / dataset.ChunkSize()[a];
     last[a] = CeilDiv(target.High[a], dataset.ChunkSize()[a]);
   }
-  const auto edge = static_cast<std::size_t>(target.StoredSize);
-  const std::size_t bytes = edge * edge * edge * target.VoxelBytes;
-  brick.Voxels = this->Spare->Take(bytes);
-  brick.Voxels.resize(bytes);
-  target.Voxels = brick.Voxels.data();
   // Chunks that other threads are decoding come last: meanwhile there is enough to do.
   std::vector<Int3> busy;
   Int3 chunk{};
@@ -377,7 +235,7 @@ Status HDF5BrickSource::Internals::Gather(const BrickKey& key, Brick& brick)
     {
       for (chunk[0] = first[0]; chunk[0] < last[0]; ++chunk[0])
       {
-        const auto read = this->Cache.TryGet({ key.Level, chunk },
+        const auto read = this->Cache.TryGet({ number, chunk },
           [&](const ChunkCache::Reserve& reserve) { return dataset.Read(chunk, reserve); });
         if (!read)
         {
@@ -395,7 +253,7 @@ Status HDF5BrickSource::Internals::Gather(const BrickKey& key, Brick& brick)
   for (const Int3& other : busy)
   {
     const Status status =
-      CopyRead(this->Cache.Get({ key.Level, other },
+      CopyRead(this->Cache.Get({ number, other },
                  [&](const ChunkCache::Reserve& reserve) { return dataset.Read(other, reserve); }),
         key, other, dataset, target);
     if (!status.Ok())
@@ -403,8 +261,125 @@ Status HDF5BrickSource::Internals::Gather(const BrickKey& key, Brick& brick)
       return status;
     }
   }
-  Clamp(target);
+  RepeatOutside(target);
   return {};
+}
+
+Status HDF5BrickSource::Internals::GatherPreview(
+  const BrickKey& key, std::size_t part, std::byte* voxels)
+{
+  const BrickTarget target = this->TargetOf(key, voxels);
+  const HDF5Dataset& dataset = this->Levels.At(key.Level, part);
+  const auto number = this->Levels.NumberOf(key.Level, part);
+  previews::Request request;
+  request.Dataset = &dataset;
+  request.Dimensions = this->Levels.StoredSize(0);
+  request.Factor = this->Description.Levels[key.Level].Factor;
+  request.Start = target.Start;
+  request.Stored = target.StoredSize;
+  request.Labels = this->Volume.Labels;
+  const Status status = previews::GatherBrick(
+    request,
+    [&](const Int3& chunk)
+    {
+      return this->Cache.Get({ number, chunk },
+        [&](const ChunkCache::Reserve& reserve) { return dataset.Read(chunk, reserve); });
+    },
+    voxels);
+  return status.Ok() ? status : CantRead(key, status);
+}
+
+Status HDF5BrickSource::Internals::GatherBoxes(
+  const BrickKey& key, std::size_t part, std::byte* voxels)
+{
+  const auto last = static_cast<int>(this->Levels.Count()) - 1;
+  std::vector<const HDF5Dataset*> arrays;
+  for (std::size_t level = this->Levels.Count(); level-- > 0;)
+  {
+    arrays.push_back(&this->Levels.At(level, part));
+  }
+  const BrickTarget target = this->TargetOf(key, voxels);
+  AMRBoxes::Region region;
+  region.Low = target.Low;
+  region.High = target.High;
+  region.RowBytes = static_cast<std::ptrdiff_t>(target.VoxelBytes) * target.StoredSize;
+  region.SliceBytes = region.RowBytes * target.StoredSize;
+  region.Voxels = target.Row(target.Low[1] - target.Start[1], target.Low[2] - target.Start[2]) +
+    static_cast<std::size_t>(target.Low[0] - target.Start[0]) * target.VoxelBytes;
+  const Status status = this->Description.Boxes->Fill(last - key.Level, region, arrays,
+    [&](int level, const Int3& chunk)
+    {
+      return this->Cache.Get(
+        { this->Levels.NumberOf(static_cast<std::size_t>(last - level), part), chunk },
+        [&](const ChunkCache::Reserve& reserve)
+        { return arrays[static_cast<std::size_t>(level)]->Read(chunk, reserve); });
+    });
+  if (!status.Ok())
+  {
+    return CantRead(key, status);
+  }
+  RepeatOutside(target);
+  return {};
+}
+
+std::vector<ValueRange> HDF5BrickSource::Internals::RangesOfUnwritten(
+  const BrickKey& first, const Int3& count, std::int64_t regionSize, std::int64_t total) const
+{
+  const PyramidLayout& layout = this->Volume.Layout;
+  std::vector<const HDF5Dataset*> parts;
+  for (std::size_t p = 0; p < this->Levels.Parts(); ++p)
+  {
+    parts.push_back(&this->Levels.At(first.Level, p));
+  }
+  // Previews are made of level 0, in whose voxels their regions are looked up.
+  const LevelDescription& level = this->Description.Levels[first.Level];
+  const Int3& size = this->Levels.StoredSize(level.Preview ? 0 : first.Level);
+  const Int3 scale = level.Preview ? level.Factor : Int3{ 1, 1, 1 };
+  ValueRange fill = ValueRange::Void();
+  for (const HDF5Dataset* part : parts)
+  {
+    DispatchScalarType(part->Type(),
+      [&](auto example)
+      {
+        for (std::size_t at = 0; at < part->Fill().size(); at += sizeof(example))
+        {
+          std::memcpy(&example, part->Fill().data() + at, sizeof(example));
+          fill.Include(static_cast<double>(example));
+        }
+      });
+  }
+  std::vector<ValueRange> ranges(static_cast<std::size_t>(total), ValueRange::Void());
+  const Int3 pages = layout.Pages(first.Level, first.PageLevel);
+  std::int64_t lookups = MostLookups;
+  for (std::int64_t i = 0; i < total; ++i)
+  {
+    const Int3 region{ first.X + i % count[0], first.Y + i / count[0] % count[1],
+      first.Z + i / (count[0] * count[1]) };
+    if (region[0] >= pages[0] || region[1] >= pages[1] || region[2] >= pages[2])
+    {
+      continue;
+    }
+    bool unwritten = !this->Description.Boxes;
+    for (std::size_t p = 0; p < parts.size() && unwritten; ++p)
+    {
+      Int3 from{};
+      Int3 to{};
+      for (std::size_t a = 0; a < 3; ++a)
+      {
+        const std::int64_t edge = parts[p]->ChunkSize()[a];
+        const std::int64_t start = region[a] * regionSize;
+        const std::int64_t low =
+          std::clamp<std::int64_t>((start - BrickBorder) * scale[a], 0, size[a] - 1);
+        const std::int64_t high =
+          std::clamp<std::int64_t>((start + regionSize + BrickBorder) * scale[a], low + 1, size[a]);
+        from[a] = low / edge;
+        to[a] = CeilDiv(high, edge);
+      }
+      unwritten = parts[p]->IsUnwritten(from, to, lookups);
+    }
+    ranges[static_cast<std::size_t>(i)] = unwritten ? fill : ValueRange::Unknown();
+  }
+  return ranges;
 }
 
 HDF5BrickSource::HDF5BrickSource(std::unique_ptr<Internals> internals)
@@ -420,7 +395,14 @@ Result<std::shared_ptr<HDF5BrickSource>> HDF5BrickSource::Open(
   try
   {
     auto internals = std::make_unique<Internals>(options.MemoryBudget);
+    const std::uint64_t failures = HDF5Lock::ReadFailures();
     const Status status = internals->Open(fileName, options);
+    if (HDF5Lock::ReadFailures() != failures)
+    {
+      // Whatever was seen, there may be more to see.
+      return Status(StatusCode::InputOutput,
+        "The file '" + fileName + "' can't be read: " + HDF5Lock::LastReadFailure() + ".");
+    }
     if (!status.Ok())
     {
       return status;
@@ -437,6 +419,23 @@ Result<std::shared_ptr<HDF5BrickSource>> HDF5BrickSource::Open(
 const VolumeInfo& HDF5BrickSource::Info() const
 {
   return this->Self->Volume;
+}
+
+const VolumeDescription& HDF5BrickSource::Description() const
+{
+  return this->Self->Description;
+}
+
+const ChannelDescription* HDF5BrickSource::Channel() const
+{
+  const std::vector<ChannelDescription>& channels = this->Self->Description.Channels;
+  const auto index = static_cast<std::size_t>(this->Self->Channel);
+  return this->Self->Channel >= 0 && index < channels.size() ? &channels[index] : nullptr;
+}
+
+const Int3& HDF5BrickSource::StoredSize(int level) const
+{
+  return this->Self->Levels.StoredSize(static_cast<std::size_t>(level));
 }
 
 Result<BrickPointer> HDF5BrickSource::ReadBrick(const BrickKey& key)
@@ -499,18 +498,7 @@ Result<std::vector<ValueRange>> HDF5BrickSource::ReadRanges(
       return this->Self->Statistics->Read(
         first.Level, layout.Dimensions(first.Level), start, count, regionSize, BrickBorder);
     }
-    std::vector<ValueRange> ranges(static_cast<std::size_t>(total), ValueRange::Void());
-    for (std::int64_t i = 0; i < total; ++i)
-    {
-      const Int3 region{ start[0] + i % count[0], start[1] + i / count[0] % count[1],
-        start[2] + i / (count[0] * count[1]) };
-      const Int3 pages = layout.Pages(first.Level, first.PageLevel);
-      if (region[0] < pages[0] && region[1] < pages[1] && region[2] < pages[2])
-      {
-        ranges[static_cast<std::size_t>(i)] = ValueRange::Unknown();
-      }
-    }
-    return ranges;
+    return this->Self->RangesOfUnwritten(first, count, regionSize, total);
   }
   catch (const std::exception& e)
   {

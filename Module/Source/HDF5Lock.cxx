@@ -7,6 +7,28 @@
 namespace teravox
 {
 
+namespace
+{
+thread_local std::uint64_t Failures = 0;
+thread_local std::string LastFailure;
+
+// The library's driver says so, with errno.
+herr_t NoteReadFailure(hid_t stack, void*)
+{
+  const auto first = [](unsigned n, const H5E_error2_t* error, void*) -> herr_t
+  {
+    constexpr const char* text = "file read failed";
+    if (n == 0 && error->desc != nullptr && std::strstr(error->desc, text) != nullptr)
+    {
+      ++Failures;
+      LastFailure = error->desc;
+    }
+    return 0;
+  };
+  return H5Ewalk2(stack, H5E_WALK_UPWARD, first, nullptr);
+}
+} // namespace
+
 std::mutex& HDF5Lock::Mutex()
 {
   static std::mutex mutex;
@@ -17,12 +39,22 @@ HDF5Lock::HDF5Lock()
   : Guard(Mutex())
 {
   H5Eget_auto2(H5E_DEFAULT, &this->Function, &this->Data);
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  H5Eset_auto2(H5E_DEFAULT, &NoteReadFailure, nullptr);
 }
 
 HDF5Lock::~HDF5Lock()
 {
   H5Eset_auto2(H5E_DEFAULT, this->Function, this->Data);
+}
+
+std::uint64_t HDF5Lock::ReadFailures()
+{
+  return Failures;
+}
+
+const std::string& HDF5Lock::LastReadFailure()
+{
+  return LastFailure;
 }
 
 std::string HDF5Lock::TakeError() const

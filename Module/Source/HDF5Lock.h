@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <hdf5.h>
 #include <mutex>
 #include <string>
@@ -28,6 +29,12 @@ public:
   /// True if the innermost error is HDF5's way to say that a chunk isn't stored (1.10 has no
   /// other); then clears the stack.
   bool TakeUnallocated() const;
+
+  /// How often, in this thread, a call under a lock has failed because a file couldn't be read: the
+  /// library says of an object that it doesn't exist, too, when the disk has failed.
+  static std::uint64_t ReadFailures();
+  /// What the last one was.
+  static const std::string& LastReadFailure();
 
 private:
   static std::mutex& Mutex();

@@ -150,9 +150,14 @@ void StartWriteback(OutputFile& file)
 }
 
 herr_t WriteFile(
-  H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t size, const void* buffer)
+  H5FD_t* base, H5FD_mem_t kind, hid_t, haddr_t address, std::size_t size, const void* buffer)
 {
   OutputFile& file = Of(base);
+  if (kind == H5FD_MEM_DRAW)
+  {
+    file.State->RawAddress = address;
+    file.State->RawSize = size;
+  }
   const haddr_t end = address + size;
   const auto* from = static_cast<const char*>(buffer);
   while (size > 0 && file.State->Error == 0 && !file.State->Discard)

@@ -4,6 +4,7 @@
 
 #include "HDF5Handle.h"
 
+#include <cstdint>
 #include <hdf5.h>
 #include <memory>
 
@@ -13,8 +14,10 @@ namespace teravox
 /// What became of the writes of a file that was created with HDF5OutputDriver.
 struct HDF5OutputState
 {
-  int Error = 0;        ///< errno of the first write that failed; 0: none
-  bool Discard = false; ///< drop all writes from now on
+  int Error = 0;                ///< errno of the first write that failed; 0: none
+  bool Discard = false;         ///< drop all writes from now on
+  std::uint64_t RawAddress = 0; ///< in the file, of the last write of voxels
+  std::uint64_t RawSize = 0;    ///< its bytes
 };
 
 /// An HDF5 file driver for one new file. After a write that fails (disk full) it drops all others

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "PyramidBuilder.h"
 
-#include "Downsampling.h"
+#include "ConversionLog.h"
 #include "PyramidFormat.h"
+#include "VoxelBoxes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,33 +21,6 @@ namespace
 constexpr std::int64_t CellEdge = PyramidFormat::CellEdge;
 // HDF5's metadata cache and the writer's lists.
 constexpr std::uint64_t FixedMemory = std::uint64_t{ 8 } << 20;
-
-void CopyBox(const std::byte* from, const Int3& fromSize, const Int3& fromStart, std::byte* to,
-  const Int3& toSize, const Int3& toStart, const Int3& count, std::size_t voxelBytes)
-{
-  for (std::int64_t z = 0; z < count[2]; ++z)
-  {
-    for (std::int64_t y = 0; y < count[1]; ++y)
-    {
-      const std::int64_t a =
-        ((fromStart[2] + z) * fromSize[1] + fromStart[1] + y) * fromSize[0] + fromStart[0];
-      const std::int64_t b =
-        ((toStart[2] + z) * toSize[1] + toStart[1] + y) * toSize[0] + toStart[0];
-      std::memcpy(to + static_cast<std::size_t>(b) * voxelBytes,
-        from + static_cast<std::size_t>(a) * voxelBytes,
-        static_cast<std::size_t>(count[0]) * voxelBytes);
-    }
-  }
-}
-
-// Repeats one voxel through a buffer.
-void FillWith(const std::vector<std::byte>& voxel, std::byte* to, std::size_t voxels)
-{
-  for (std::size_t i = 0; i < voxels; ++i)
-  {
-    std::memcpy(to + i * voxel.size(), voxel.data(), voxel.size());
-  }
-}
 
 bool IsAll(const std::vector<std::byte>& data, const std::vector<std::byte>& voxel)
 {
@@ -68,43 +42,6 @@ std::vector<std::byte> Voxel(ScalarType type, int components, double value)
       }
     });
   return voxel;
-}
-
-/// DownsampleBox in slabs of a few rows. Throws what it throws.
-template <typename T>
-void DownsampleParallel(
-  const BoxView<const T>& in, const Int3& group, Downsampling method, const BoxView<T>& out)
-{
-  constexpr std::int64_t rows = 16;
-  const std::int64_t slabs = CeilDiv(out.Dimensions[1], rows);
-  std::exception_ptr failure;
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::int64_t i = 0; i < slabs * out.Dimensions[2]; ++i)
-  {
-    try
-    {
-      const std::int64_t y = i % slabs * rows;
-      const std::int64_t z = i / slabs;
-      BoxView<T> to = out;
-      to.Data = out.Row(y, z);
-      to.Dimensions[1] = std::min(rows, out.Dimensions[1] - y);
-      to.Dimensions[2] = 1;
-      BoxView<const T> from = in;
-      from.Data = in.Row(y * group[1], z * group[2]);
-      from.Dimensions[1] = std::min(rows * group[1], in.Dimensions[1] - y * group[1]);
-      from.Dimensions[2] = std::min(group[2], in.Dimensions[2] - z * group[2]);
-      DownsampleBox(from, group, method, to);
-    }
-    catch (...)
-    {
-#pragma omp critical(teravox_downsample)
-      failure = std::current_exception();
-    }
-  }
-  if (failure)
-  {
-    std::rethrow_exception(failure);
-  }
 }
 } // namespace
 
@@ -150,8 +87,9 @@ Double3 PyramidBuilder::Spacing(int level) const
 std::uint64_t PyramidBuilder::ScratchPerThread() const
 {
   const std::size_t chunk = this->Bytes(PyramidFileWriter::ChunkSize(this->Layout, 0));
-  constexpr std::uint64_t histogram = 65536 * sizeof(std::uint64_t);
-  return chunk + ChunkEncoder::ScratchSize(this->Options.Compression, chunk) + histogram;
+  const std::size_t saved = this->Options.Resume ? 3 * chunk : 0;
+  return chunk + ChunkEncoder::ScratchSize(this->Options.Compression, chunk) +
+    PyramidHistogram::PartBytes + saved;
 }
 
 std::uint64_t PyramidBuilder::PlannedMemory(int blockLevel, int threads) const
@@ -255,6 +193,7 @@ bool PyramidBuilder::IsFill(const Block& region)
 Status PyramidBuilder::Run(PyramidFileWriter& file)
 {
   this->File = &file;
+  this->Team = std::make_unique<WorkerTeam>(this->Threads);
   this->Workers.resize(static_cast<std::size_t>(this->Threads));
   this->Allocated(
     FixedMemory + this->ScratchPerThread() * static_cast<std::uint64_t>(this->Threads));
@@ -272,7 +211,7 @@ Status PyramidBuilder::Run(PyramidFileWriter& file)
         {
           return root.GetStatus();
         }
-        this->Released(root.Value().Voxels.size());
+        this->Released(root.Value().Voxels.Size());
       }
     }
   }
@@ -293,7 +232,7 @@ Status PyramidBuilder::Run(PyramidFileWriter& file)
 
 Result<PyramidBuilder::Block> PyramidBuilder::BuildNode(int level, const Int3& index)
 {
-  const Block own = this->Region(level, index);
+  Block own = this->Region(level, index);
   Block below; // the same region in level 0
   for (std::size_t a = 0; a < 3; ++a)
   {
@@ -307,7 +246,7 @@ Result<PyramidBuilder::Block> PyramidBuilder::BuildNode(int level, const Int3& i
       this->Volume.FillValue, this->Bytes(below.Size) / SizeOf(this->Volume.Type));
     this->Range_.Include(this->Volume.FillValue);
     const Status status = this->Advance(this->Bytes(below.Size));
-    return status.Ok() ? Result<Block>(own) : Result<Block>(status);
+    return status.Ok() ? Result<Block>(std::move(own)) : Result<Block>(status);
   }
   if (level > this->BlockLevel || (level > 0 && this->AnyChildIsFill(level, index)))
   {
@@ -354,7 +293,7 @@ bool PyramidBuilder::AnyChildIsFill(int level, const Int3& index)
 
 Result<PyramidBuilder::Block> PyramidBuilder::GatherNode(int level, const Int3& index)
 {
-  const Block own = this->Region(level, index);
+  Block own = this->Region(level, index);
   Block fine;
   Int3 first{};
   Int3 last{};
@@ -380,30 +319,29 @@ Result<PyramidBuilder::Block> PyramidBuilder::GatherNode(int level, const Int3& 
           return built;
         }
         const Block& part = built.Value();
-        if (part.Voxels.empty())
+        if (part.Voxels.IsEmpty())
         {
           continue;
         }
-        if (fine.Voxels.empty())
+        if (fine.Voxels.IsEmpty())
         {
-          fine.Voxels.resize(this->Bytes(fine.Size));
-          this->Allocated(fine.Voxels.size());
-          FillWith(this->Fill, fine.Voxels.data(), fine.Voxels.size() / this->Fill.size());
+          this->Allocate(fine);
+          FillWith(this->Fill, fine.Voxels.Data(), fine.Voxels.Size() / this->Fill.size());
         }
-        CopyBox(part.Voxels.data(), part.Size, { 0, 0, 0 }, fine.Voxels.data(), fine.Size,
+        CopyBox(part.Voxels.Data(), part.Size, { 0, 0, 0 }, fine.Voxels.Data(), fine.Size,
           { part.Start[0] - fine.Start[0], part.Start[1] - fine.Start[1],
             part.Start[2] - fine.Start[2] },
           part.Size, this->Fill.size());
-        this->Released(part.Voxels.size());
+        this->Released(part.Voxels.Size());
       }
     }
   }
-  if (fine.Voxels.empty())
+  if (fine.Voxels.IsEmpty())
   {
-    return own;
+    return Result<Block>(std::move(own));
   }
-  Block coarse = this->Coarser(level - 1, fine, own);
-  const Status status = this->StoreLevel(level, coarse, 0);
+  Block coarse = this->Coarser(level - 1, fine, std::move(own));
+  const Status status = this->StoreLevel(level, coarse, nullptr, 0);
   return status.Ok() ? Result<Block>(std::move(coarse)) : Result<Block>(status);
 }
 
@@ -427,19 +365,42 @@ Result<PyramidBuilder::Block> PyramidBuilder::ReadBlock(int level, const Int3& i
   Status status = this->FillBlock(block, level > 0);
   for (int l = 0; l <= level && status.Ok(); ++l)
   {
-    if (l > 0)
+    const std::uint64_t progress = l == 0 ? this->Bytes(block.Size) : 0;
+    if (l == level)
     {
-      block = this->Coarser(l - 1, block, shape(l));
+      status = this->StoreLevel(l, block, nullptr, progress);
+      break;
     }
-    status = this->StoreLevel(l, block, l == 0 ? this->Bytes(block.Size) : 0);
+    Block coarser = shape(l + 1);
+    this->Allocate(coarser);
+    status = this->StoreLevel(l, block, &coarser, progress);
+    this->Free(block);
+    block = std::move(coarser);
   }
   return status.Ok() ? Result<Block>(std::move(block)) : Result<Block>(status);
+}
+
+void PyramidBuilder::Allocate(Block& block)
+{
+  block.Voxels = VoxelMemory(this->Bytes(block.Size));
+  this->Allocated(block.Voxels.Size());
+}
+
+void PyramidBuilder::Free(Block& block)
+{
+  this->Released(block.Voxels.Size());
+  block.Voxels = VoxelMemory();
+  block.Found = nullptr;
 }
 
 Status PyramidBuilder::FillBlock(Block& block, bool mayFind)
 {
   double value = 0;
   const bool constant = this->Reader.IsConstant(block.Start, block.Size, &value);
+  if (!constant && this->File->Saved() != nullptr && this->FillFromSaved(block))
+  {
+    return {};
+  }
   if (mayFind && !constant)
   {
     const void* found = nullptr;
@@ -457,18 +418,23 @@ Status PyramidBuilder::FillBlock(Block& block, bool mayFind)
       return {};
     }
   }
-  block.Voxels.resize(this->Bytes(block.Size));
-  this->Allocated(block.Voxels.size());
+  this->Allocate(block);
   if (constant)
   {
-    FillWith(Voxel(this->Volume.Type, this->Volume.Components, value), block.Voxels.data(),
-      block.Voxels.size() / this->Fill.size());
+    FillWith(Voxel(this->Volume.Type, this->Volume.Components, value), block.Voxels.Data(),
+      block.Voxels.Size() / this->Fill.size());
     return {};
   }
-  this->Counts.VoxelsRead += block.Voxels.size() / this->Fill.size();
+  this->Counts.VoxelsRead += block.Voxels.Size() / this->Fill.size();
+  block.Unread = this->Reader.ReadsSlabs();
+  return block.Unread ? Status() : this->ReadBox(block.Start, block.Size, block.Voxels.Data());
+}
+
+Status PyramidBuilder::ReadBox(const Int3& start, const Int3& size, std::byte* out)
+{
   try
   {
-    return this->Reader.ReadBox(block.Start, block.Size, block.Voxels.data());
+    return this->Reader.ReadBox(start, size, out);
   }
   catch (const std::exception& e)
   {
@@ -476,38 +442,31 @@ Status PyramidBuilder::FillBlock(Block& block, bool mayFind)
   }
 }
 
-PyramidBuilder::Block PyramidBuilder::Coarser(int level, Block& fine, const Block& shape)
+Status PyramidBuilder::StoreLevel(
+  int level, Block& block, Block* coarser, std::uint64_t progressBytes)
 {
-  Block coarse = shape;
-  Int3 ratio{};
-  for (std::size_t a = 0; a < 3; ++a)
+  PyramidCells cells =
+    PyramidCells::Covering(this->Volume.Type, this->Volume.Components, block.Start, block.Size);
+  this->Allocated(cells.SizeInBytes());
+  const PyramidCellScan scan(cells, block.Data(), block.Start, block.Size,
+    this->Layout.Dimensions(level), this->Spacing(level));
+  Status status;
+  if (block.Unread)
   {
-    ratio[a] = this->Layout.Factor(level + 1)[a] / this->Layout.Factor(level)[a];
+    status = this->ReadAndScan(level, block, scan, coarser);
   }
-  coarse.Voxels.resize(this->Bytes(coarse.Size));
-  this->Allocated(coarse.Voxels.size());
-  const Downsampling method = this->Options.Downsampling == PyramidDownsampling::Mode
-    ? Downsampling::Mode
-    : Downsampling::Average;
-  DispatchScalarType(this->Volume.Type,
-    [&](auto example)
-    {
-      using T = decltype(example);
-      const int components = this->Volume.Components;
-      DownsampleParallel<T>(
-        BoxView<const T>::Dense(reinterpret_cast<const T*>(fine.Data()), fine.Size, components),
-        ratio, method,
-        BoxView<T>::Dense(reinterpret_cast<T*>(coarse.Voxels.data()), coarse.Size, components));
-    });
-  this->Released(fine.Voxels.size());
-  std::vector<std::byte>().swap(fine.Voxels);
-  fine.Found = nullptr;
-  return coarse;
-}
-
-Status PyramidBuilder::StoreLevel(int level, const Block& block, std::uint64_t progressBytes)
-{
-  Status status = this->StoreCells(level, block);
+  else
+  {
+    this->Team->Run(scan.Rows(),
+      [&](std::int64_t row, int member)
+      { this->ScanRow(level, block, scan, row, coarser, member); });
+  }
+  if (status.Ok() && level == 0)
+  {
+    this->CountValues(block, cells.TotalRange());
+  }
+  status = status.Ok() ? this->StoreCells(level, cells) : status;
+  this->Released(cells.SizeInBytes());
   if (status.Ok())
   {
     status = this->StoreChunks(level, block, progressBytes);
@@ -535,18 +494,49 @@ void PyramidBuilder::CopyChunk(
   CopyBox(block.Data(), block.Size, start, out.data(), size, { 0, 0, 0 }, count, this->Fill.size());
 }
 
+PyramidBuilder::ReadyChunk PyramidBuilder::MakeChunk(
+  int level, const Block& block, const Int3& index, Worker& worker)
+{
+  ReadyChunk chunk;
+  try
+  {
+    const std::size_t bytes = this->Bytes(PyramidFileWriter::ChunkSize(this->Layout, level));
+    if (worker.Raw.size() != bytes) // coarse levels have smaller ones
+    {
+      worker.Encoder = std::make_unique<ChunkEncoder>(this->Options.Compression,
+        this->Options.CompressionLevel, bytes, SizeOf(this->Volume.Type));
+      worker.Raw.resize(bytes);
+    }
+    const SavedChunks* saved = this->File->Saved();
+    const LoggedChunk* there = saved != nullptr ? saved->Find(level, index) : nullptr;
+    if (there != nullptr && saved->Read(*there, worker.Saved))
+    {
+      chunk.Store = chunk.Reused = there->Size > 0;
+      chunk.Bytes = { worker.Saved.data(), worker.Saved.size(), there->FilterMask };
+      chunk.Checksum = there->Checksum;
+      return chunk;
+    }
+    this->CopyChunk(level, block, index, worker.Raw);
+    chunk.Store = !IsAll(worker.Raw, this->Fill);
+    if (chunk.Store)
+    {
+      chunk.Bytes = worker.Encoder->Encode(worker.Raw);
+      chunk.Checksum = ChecksumOf(chunk.Bytes.Data, chunk.Bytes.Size);
+    }
+  }
+  catch (const std::exception& e)
+  {
+    chunk.Outcome = Status(
+      StatusCode::ResourceExhausted, std::string("Compressing a chunk failed: ") + e.what() + ".");
+  }
+  return chunk;
+}
+
 Status PyramidBuilder::StoreChunks(int level, const Block& block, std::uint64_t progressBytes)
 {
   const Int3 size = PyramidFileWriter::ChunkSize(this->Layout, level);
-  const std::size_t chunkBytes = this->Bytes(size);
-  Int3 first{};
-  Int3 count{};
-  for (std::size_t a = 0; a < 3; ++a)
-  {
-    first[a] = block.Start[a] / size[a];
-    count[a] = CeilDiv(block.Size[a], size[a]);
-  }
-  const std::int64_t n = count[0] * count[1] * count[2];
+  const ChunkBox chunks(block.Start, block.Size, size);
+  const std::int64_t n = chunks.Number();
   // Progress is reported, and cancelling noticed, between groups of chunks.
   const std::int64_t group =
     progressBytes > 0 ? std::max<std::int64_t>(8, std::int64_t{ 4 } * this->Threads) : n;
@@ -555,51 +545,35 @@ Status PyramidBuilder::StoreChunks(int level, const Block& block, std::uint64_t 
   {
     const std::int64_t end = std::min(n, begin + group);
     Status failure;
-    std::uint64_t written = 0;
-#pragma omp parallel num_threads(this->Threads) reduction(+ : written)
-    {
-      Worker& worker = this->Workers[static_cast<std::size_t>(omp_get_thread_num())];
-      std::vector<std::byte>& raw = worker.Raw;
-      ChunkEncoder::Encoded encoded;
-      // Written in order, so that the same volume always gives the same file.
-#pragma omp for ordered schedule(dynamic, 1)
-      for (std::int64_t i = begin; i < end; ++i)
+    // Written in order, so that the same volume always gives the same file.
+    Turns turns(0);
+    this->Team->Run(end - begin,
+      [&](std::int64_t i, int member)
       {
-        const Int3 index{ first[0] + i % count[0], first[1] + i / count[0] % count[1],
-          first[2] + i / (count[0] * count[1]) };
-        bool store = false;
-        Status status;
-        try
-        {
-          if (raw.size() != chunkBytes) // coarse levels have smaller ones
+        const Int3 index = chunks.Index(begin + i);
+        const ReadyChunk chunk =
+          this->MakeChunk(level, block, index, this->Workers[static_cast<std::size_t>(member)]);
+        turns.Take(i,
+          [&]
           {
-            worker.Encoder = std::make_unique<ChunkEncoder>(this->Options.Compression,
-              this->Options.CompressionLevel, chunkBytes, SizeOf(this->Volume.Type));
-            raw.resize(chunkBytes);
-          }
-          this->CopyChunk(level, block, index, raw);
-          store = !IsAll(raw, this->Fill);
-          if (store)
-          {
-            encoded = worker.Encoder->Encode(raw);
-          }
-        }
-        catch (const std::exception& e)
-        {
-          status = Status(StatusCode::ResourceExhausted,
-            std::string("Compressing a chunk failed: ") + e.what() + ".");
-        }
-#pragma omp ordered
-        {
-          if (failure.Ok())
-          {
-            failure = status.Ok() && store ? this->File->WriteChunk(level, index, encoded) : status;
-          }
-        }
-        written += store ? 1 : 0;
-      }
-    }
-    this->Counts.ChunksWritten += written;
+            if (failure.Ok())
+            {
+              failure = chunk.Outcome;
+            }
+            if (!failure.Ok())
+            {
+              return;
+            }
+            if (!chunk.Store)
+            {
+              this->File->SkipChunk(level, index);
+              return;
+            }
+            failure = this->File->WriteChunk(level, index, chunk.Bytes, chunk.Checksum);
+            ++this->Counts.ChunksWritten;
+            this->Counts.ChunksSaved += chunk.Reused ? 1 : 0;
+          });
+      });
     if (failure.Ok() && progressBytes > 0)
     {
       const std::uint64_t done = end == n
@@ -617,26 +591,15 @@ Status PyramidBuilder::StoreChunks(int level, const Block& block, std::uint64_t 
   return {};
 }
 
-Status PyramidBuilder::StoreCells(int level, const Block& block)
+Status PyramidBuilder::StoreCells(int level, const PyramidCells& cells)
 {
-  const PyramidCells cells = PyramidCells::FromVoxels(this->Volume.Type, this->Volume.Components,
-    block.Data(), block.Start, block.Size, this->Layout.Dimensions(level), this->Spacing(level));
-  this->Allocated(cells.SizeInBytes());
-  if (level == 0)
+  if (cells.IsFill(this->Fill.data()))
   {
-    const ValueRange range = cells.TotalRange();
-    this->Range_.Include(range);
-    this->Histogram_.Add(block.Data(), this->Bytes(block.Size) / SizeOf(this->Volume.Type), range);
+    return {};
   }
-  Status status;
-  if (!cells.IsFill(this->Fill.data()))
-  {
-    status = this->File->WriteCells(level, CellEdge, cells);
-    this->MarkCellChunks(level, cells.Start, cells.Size);
-    this->Levels[static_cast<std::size_t>(level)].Boxes.push_back({ cells.Start, cells.Size });
-  }
-  this->Released(cells.SizeInBytes());
-  return status;
+  this->MarkCellChunks(level, cells.Start, cells.Size);
+  this->Levels[static_cast<std::size_t>(level)].Boxes.push_back({ cells.Start, cells.Size });
+  return this->File->WriteCells(level, CellEdge, cells);
 }
 
 void PyramidBuilder::MarkCellChunks(int level, const Int3& start, const Int3& size)

@@ -3,13 +3,16 @@
 #pragma once
 
 #include "ChunkEncoder.h"
+#include "PyramidCellScan.h"
 #include "PyramidCells.h"
 #include "PyramidFileWriter.h"
 #include "PyramidHistogram.h"
 #include "PyramidLayout.h"
 #include "PyramidWriter.h"
 #include "Status.h"
+#include "VoxelMemory.h"
 #include "VoxelReader.h"
+#include "WorkerTeam.h"
 
 #include <cstdint>
 #include <memory>
@@ -27,7 +30,7 @@ namespace teravox
 ///
 /// BlockLevel is the largest that the memory limit allows. Regions of the fill value are left out
 /// as high up in the tree as the reader knows of them.
-/// Thread: one; works in parallel with OpenMP inside.
+/// Thread: one, with a team of its own.
 class PyramidBuilder
 {
 public:
@@ -50,16 +53,28 @@ private:
   {
     Int3 Start{ 0, 0, 0 };
     Int3 Size{ 0, 0, 0 };
-    std::vector<std::byte> Voxels;
+    VoxelMemory Voxels;
     const std::byte* Found = nullptr; // the voxels, where the reader has them itself
+    bool Unread = false;              // Voxels are still to be asked of the reader
 
-    const std::byte* Data() const { return this->Found ? this->Found : this->Voxels.data(); }
+    const std::byte* Data() const { return this->Found ? this->Found : this->Voxels.Data(); }
   };
   /// What compresses chunks in one thread, kept from chunk to chunk.
   struct Worker
   {
     std::unique_ptr<ChunkEncoder> Encoder;
     std::vector<std::byte> Raw;
+    std::vector<std::byte> Saved; // a chunk of an unfinished conversion
+    PyramidHistogram::Part Histogram;
+  };
+  /// A chunk on its way to the file.
+  struct ReadyChunk
+  {
+    Status Outcome;
+    bool Store = false;  // false: it is all of the fill value
+    bool Reused = false; // of an unfinished conversion
+    ChunkEncoder::Encoded Bytes;
+    std::uint32_t Checksum = 0;
   };
   struct CellBox
   {
@@ -82,11 +97,29 @@ private:
   Result<Block> GatherNode(int level, const Int3& index);
   Result<Block> ReadBlock(int level, const Int3& index);
   Status FillBlock(Block& block, bool mayFind);
+  /// From chunks that an unfinished conversion left; false unless all of them are there.
+  bool FillFromSaved(Block& block);
   /// The next level of `fine`, whose voxels are freed.
-  Block Coarser(int level, Block& fine, const Block& shape);
-  Status StoreLevel(int level, const Block& block, std::uint64_t progressBytes);
+  Block Coarser(int level, Block& fine, Block shape);
+  /// Room for the voxels of a block of the size that it has.
+  void Allocate(Block& block);
+  void Free(Block& block);
+  /// Statistics and chunks of a block; where `coarser` is given, also its voxels, which are those
+  /// of the next level.
+  Status StoreLevel(int level, Block& block, Block* coarser, std::uint64_t progressBytes);
+  /// The one pass over a block's voxels: all that is made of a row of cells while it is in the
+  /// processor's caches.
+  void ScanRow(int level, const Block& block, const PyramidCellScan& scan, std::int64_t row,
+    Block* coarser, int member);
+  /// The pass over a block that is still to be read, slab by slab while the next one is read.
+  Status ReadAndScan(int level, Block& block, const PyramidCellScan& scan, Block* coarser);
+  Status ReadBox(const Int3& start, const Int3& size, std::byte* out);
+  void Downsample(
+    int level, const Block& fine, const Int3& first, const Int3& size, Block& coarse) const;
+  void CountValues(const Block& block, const ValueRange& range);
   Status StoreChunks(int level, const Block& block, std::uint64_t progressBytes);
-  Status StoreCells(int level, const Block& block);
+  Status StoreCells(int level, const PyramidCells& cells);
+  ReadyChunk MakeChunk(int level, const Block& block, const Int3& index, Worker& worker);
   void CopyChunk(
     int level, const Block& block, const Int3& chunk, std::vector<std::byte>& out) const;
   Status CloseSeams(int level);
@@ -109,7 +142,8 @@ private:
   ValueRange Range_ = ValueRange::Void();
   int BlockLevel = 0;
   int Threads = 1;
-  std::vector<Worker> Workers; // one per thread
+  std::unique_ptr<WorkerTeam> Team;
+  std::vector<Worker> Workers; // one per member
   PyramidWriterReport Counts;
   std::uint64_t Total = 0;
   std::uint64_t Done = 0;

@@ -24,6 +24,9 @@ struct PyramidCells
   std::vector<float> Gradients;
 
   PyramidCells(ScalarType type, int components, const Int3& start, const Int3& size);
+  /// Of a box of voxels that starts at a multiple of the cell edge.
+  static PyramidCells Covering(
+    ScalarType type, int components, const Int3& start, const Int3& size);
 
   std::size_t Count() const
   {
@@ -44,18 +47,14 @@ struct PyramidCells
       ((cell[2] * this->Size[1] + cell[1]) * this->Size[0] + cell[0]) * this->Components +
       component);
   }
+  /// An upper bound of a gradient magnitude, 0 or more, as it is stored.
+  static float UpperFloat(double magnitude);
   /// Void() where the cell has no value.
   ValueRange Range(std::size_t index) const;
   void SetRange(std::size_t index, const ValueRange& range);
   ValueRange TotalRange() const;
   /// True if nothing needs to be stored: all is the fill value and flat.
   bool IsFill(const std::byte* fillValue) const;
-
-  /// Cells of a box of voxels of a level. The box starts at a multiple of the cell edge and ends at
-  /// one, or with the level. Differences across faces of the box inside the level are left out.
-  /// `spacing` is that of the level. Parallel with OpenMP.
-  static PyramidCells FromVoxels(ScalarType type, int components, const void* voxels,
-    const Int3& start, const Int3& size, const Int3& dimensions, const Double3& spacing);
 
   /// The next coarser cells; Start must be a multiple of the factor between them.
   PyramidCells Coarser() const;

@@ -14,12 +14,8 @@
 #include <cstdio>
 #include <cstring>
 #include <fcntl.h>
-#include <filesystem>
-#include <signal.h>
-#include <string_view>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <system_error>
 #include <unistd.h>
 #include <utility>
 
@@ -28,8 +24,6 @@ namespace teravox
 
 namespace
 {
-constexpr std::string_view PartEnding = ".part";
-
 std::string ArrayName(const std::string& wanted)
 {
   std::string name = wanted.empty() || wanted == "." || wanted == ".." ? "scalars" : wanted;
@@ -89,14 +83,9 @@ std::vector<std::byte> FillOf(const VoxelReader::Description& d)
 
 PyramidFileWriter::PyramidFileWriter(std::string fileName, Description description)
   : Name(std::move(fileName))
-  , Temporary(TemporaryName(this->Name))
+  , Temporary(unfinished::PartName(this->Name))
   , Self(std::move(description))
 {
-}
-
-std::string PyramidFileWriter::TemporaryName(const std::string& fileName)
-{
-  return fileName + "." + std::to_string(::getpid()) + std::string(PartEnding);
 }
 
 PyramidFileWriter::~PyramidFileWriter()
@@ -105,7 +94,7 @@ PyramidFileWriter::~PyramidFileWriter()
   {
     this->Output.Discard = true;
     this->Close();
-    ::unlink(this->Temporary.c_str());
+    this->Abandon();
   }
   if (this->Lock >= 0)
   {
@@ -113,45 +102,15 @@ PyramidFileWriter::~PyramidFileWriter()
   }
 }
 
-void PyramidFileWriter::RemoveAbandoned() const
+void PyramidFileWriter::Abandon()
 {
-  namespace fs = std::filesystem;
-  const fs::path path(this->Name);
-  const std::string begin = path.filename().string() + ".";
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
-       entry.increment(error))
+  if (this->Self.Options.Resume && this->Log.HasChunks())
   {
-    const std::string name = entry->path().filename().string();
-    if (name.size() <= begin.size() + PartEnding.size() ||
-      name.compare(0, begin.size(), begin) != 0 ||
-      name.compare(name.size() - PartEnding.size(), PartEnding.size(), PartEnding) != 0)
-    {
-      continue;
-    }
-    const std::string digits =
-      name.substr(begin.size(), name.size() - begin.size() - PartEnding.size());
-    if (digits.find_first_not_of("0123456789") != std::string::npos || digits.size() > 9)
-    {
-      continue;
-    }
-    // The process has ended, and nobody on another machine that shares the folder holds the lock.
-    if (::kill(static_cast<pid_t>(std::stol(digits)), 0) == 0 || errno != ESRCH)
-    {
-      continue;
-    }
-    const int fd = ::open(entry->path().c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
-    if (fd < 0)
-    {
-      continue;
-    }
-    if (::flock(fd, LOCK_EX | LOCK_NB) == 0)
-    {
-      ::unlink(entry->path().c_str());
-    }
-    ::close(fd);
+    unfinished::Keep(this->Temporary);
+    return;
   }
+  ::unlink(this->Temporary.c_str());
+  ::unlink(unfinished::LogName(this->Temporary).c_str());
 }
 
 Status PyramidFileWriter::Reserve()
@@ -184,6 +143,22 @@ Int3 PyramidFileWriter::ChunkSize(const PyramidLayout& layout, int level)
   return size;
 }
 
+std::vector<ChunkFilter> PyramidFileWriter::Filters(
+  const PyramidWriterOptions& options, ScalarType type)
+{
+  switch (options.Compression)
+  {
+    case PyramidCompression::Deflate:
+      return { { ChunkFilter::Shuffle, "", { static_cast<unsigned>(SizeOf(type)) } },
+        { ChunkFilter::Deflate, "", {} } };
+    case PyramidCompression::LZ4:
+      return { { ChunkFilter::LZ4, "", {} } };
+    case PyramidCompression::None:
+    default:
+      return {};
+  }
+}
+
 std::string PyramidFileWriter::DataGroup() const
 {
   return std::string(PyramidFormat::ImageGroup) +
@@ -204,7 +179,7 @@ Status PyramidFileWriter::Written() const
 
 Result<std::unique_ptr<PyramidFileWriter>> PyramidFileWriter::Create(const std::string& fileName,
   const VoxelReader::Description& description, const PyramidWriterOptions& options,
-  const PyramidLayout& layout)
+  const PyramidLayout& layout, std::unique_ptr<SavedChunks> saved)
 {
   Description self{ description, options, layout, FillOf(description) };
   self.Options.Progress = nullptr;
@@ -216,18 +191,27 @@ Result<std::unique_ptr<PyramidFileWriter>> PyramidFileWriter::Create(const std::
   {
     return writer->Failure("it is a folder");
   }
-  writer->RemoveAbandoned();
+  if (!options.Resume)
+  {
+    for (const auto& part : unfinished::Find(fileName))
+    {
+      part->Remove();
+    }
+  }
+  writer->Saved_ = std::move(saved);
   Status status = writer->Reserve();
   if (!status.Ok())
   {
     return status;
   }
+  writer->Log.Create(
+    unfinished::LogName(writer->Temporary), ConversionLog::Task(description, options));
   status = writer->Build();
   if (!status.Ok())
   {
     if (!writer->File.Valid())
     {
-      ::unlink(writer->Temporary.c_str());
+      writer->Abandon();
     }
     return status;
   }
@@ -383,7 +367,7 @@ Status PyramidFileWriter::MakeDataset(hid_t group, const std::string& name, cons
 }
 
 Status PyramidFileWriter::WriteChunk(
-  int level, const Int3& index, const ChunkEncoder::Encoded& chunk)
+  int level, const Int3& index, const ChunkEncoder::Encoded& chunk, std::uint32_t checksum)
 {
   const Int3 size = ChunkSize(this->Self.Layout, level);
   std::array<hsize_t, 4> offset{ 0, 0, 0, 0 };
@@ -393,12 +377,24 @@ Status PyramidFileWriter::WriteChunk(
     offset.at(2 - a) = static_cast<hsize_t>(start);
   }
   const HDF5Lock lock;
+  this->Output.RawSize = 0;
   if (H5Dwrite_chunk(this->Levels[static_cast<std::size_t>(level)].Get(), H5P_DEFAULT,
         chunk.FilterMask, offset.data(), chunk.Size, chunk.Data) < 0)
   {
     return this->Failure(lock.TakeError());
   }
-  return this->Written();
+  const Status status = this->Written();
+  if (status.Ok() && this->Output.RawSize == chunk.Size)
+  {
+    this->Log.Add(
+      { level, index, this->Output.RawAddress, chunk.Size, chunk.FilterMask, checksum, 0 });
+  }
+  return status;
+}
+
+void PyramidFileWriter::SkipChunk(int level, const Int3& index)
+{
+  this->Log.Add({ level, index, 0, 0, 0, 0, 0 });
 }
 
 Status PyramidFileWriter::OpenCells(int level, std::int64_t edge)
@@ -604,9 +600,14 @@ Result<std::uint64_t> PyramidFileWriter::Finish(
     }
     if (status.Ok())
     {
+      ::unlink(unfinished::LogName(this->Temporary).c_str());
+      if (this->Saved_)
+      {
+        this->Saved_->Remove();
+      }
       return size;
     }
-    ::unlink(this->Temporary.c_str());
+    this->Abandon();
   }
   return status;
 }

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "ChunkDecoder.h"
 #include "ChunkEncoder.h"
+#include "ConversionLog.h"
 #include "HDF5Handle.h"
 #include "HDF5OutputDriver.h"
 #include "PyramidCells.h"
@@ -20,16 +22,15 @@ namespace teravox
 {
 
 /// The HDF5 file that a PyramidWriter fills: a temporary file that Finish() gives its name, and
-/// that the destructor removes otherwise. Thread: one at a time; takes the HDF5Lock itself.
+/// that the destructor removes otherwise, or keeps, if the conversion is to be resumed. Thread: one
+/// at a time; takes the HDF5Lock itself.
 class PyramidFileWriter
 {
 public:
-  /// Requires: a checked description and options.
+  /// Requires: a checked description and options. `saved` is what this conversion goes on from.
   static Result<std::unique_ptr<PyramidFileWriter>> Create(const std::string& fileName,
     const VoxelReader::Description& description, const PyramidWriterOptions& options,
-    const PyramidLayout& layout);
-
-  static std::string TemporaryName(const std::string& fileName);
+    const PyramidLayout& layout, std::unique_ptr<SavedChunks> saved = nullptr);
 
   ~PyramidFileWriter();
   PyramidFileWriter(const PyramidFileWriter&) = delete;
@@ -41,7 +42,16 @@ public:
   /// shorter.
   static Int3 ChunkSize(const PyramidLayout& layout, int level);
 
-  Status WriteChunk(int level, const Int3& index, const ChunkEncoder::Encoded& chunk);
+  /// Those of the chunks of all levels.
+  static std::vector<ChunkFilter> Filters(const PyramidWriterOptions& options, ScalarType type);
+
+  /// `checksum` is ChecksumOf() its bytes: found by whoever made the chunk, in parallel.
+  Status WriteChunk(
+    int level, const Int3& index, const ChunkEncoder::Encoded& chunk, std::uint32_t checksum);
+  /// The chunk is complete without being written: it has no other value than the fill value.
+  void SkipChunk(int level, const Int3& index);
+  /// What there is already; null: nothing.
+  const SavedChunks* Saved() const { return this->Saved_.get(); }
   /// Statistics of cells of `edge` voxels.
   Status WriteCells(int level, std::int64_t edge, const PyramidCells& cells);
   /// Fills in cells.Ranges and Gradients of its box, which lies inside the level.
@@ -70,9 +80,9 @@ private:
   Status OpenCells(int level, std::int64_t edge);
   Status TransferCells(int level, std::int64_t edge, PyramidCells& cells, bool write);
   Status Reserve();
-  void RemoveAbandoned() const;
   Status WriteAttributes(const ValueRange& range, const std::vector<std::uint64_t>& histogram);
   Status Close();
+  void Abandon();
   Status Publish(std::uint64_t& size);
   std::string DataGroup() const;
   Status Failure(const std::string& what) const;
@@ -81,6 +91,8 @@ private:
 
   std::string Name;
   std::string Temporary;
+  ConversionLog Log;
+  std::unique_ptr<SavedChunks> Saved_;
   int Lock = -1; // descriptor of the temporary file, locked as long as this object lives
   Description Self;
   HDF5OutputState Output; // before File: outlives it

@@ -2,22 +2,53 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "PyramidHistogram.h"
 
+#include "VoxelLoops.h"
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
-#include <omp.h>
+#include <type_traits>
 
 namespace teravox
 {
 
 namespace
 {
-constexpr std::size_t FineBins = 65536;
+constexpr std::size_t FineBins = VoxelLoops<double>::Bins;
 
 template <typename T>
 bool IsFinite(T v)
 {
   return std::isfinite(static_cast<double>(v));
+}
+/// ++counts[v[i] + offset]. Equal neighbours at once: each addition to one place waits for the one
+/// before, and much of a volume is air of one value.
+template <typename T>
+void CountEach(const T* v, std::size_t n, int offset, std::uint64_t* counts)
+{
+  constexpr std::size_t group = sizeof(T) == 4 ? 4 : 8 / sizeof(T);
+  const auto at = [&](T value) -> std::uint64_t&
+  { return counts[static_cast<std::int64_t>(value) + offset]; };
+  std::size_t i = 0;
+  for (; i + group <= n; i += group)
+  {
+    // Equal to itself one value further on.
+    if (std::memcmp(v + i, v + i + 1, (group - 1) * sizeof(T)) == 0)
+    {
+      at(v[i]) += group;
+      continue;
+    }
+    for (std::size_t k = 0; k < group; ++k)
+    {
+      ++at(v[i + k]);
+    }
+  }
+  for (; i < n; ++i)
+  {
+    ++at(v[i]);
+  }
 }
 } // namespace
 
@@ -97,21 +128,16 @@ void PyramidHistogram::Widen(double low, double high)
   }
 }
 
-void PyramidHistogram::Add(const void* values, std::size_t count, const ValueRange& range)
+bool PyramidHistogram::Prepare(const void* values, std::size_t count, const ValueRange& range)
 {
-  if (range.IsVoid())
+  ValueRange finite = range;
+  if (!range.IsVoid() && !range.IsKnown())
   {
-    return;
-  }
-  DispatchScalarType(this->Type,
-    [&](auto example)
-    {
-      using T = decltype(example);
-      const T* v = static_cast<const T*>(values);
-      ValueRange finite = range;
-      if (!range.IsKnown())
+    finite = ValueRange::Void();
+    DispatchScalarType(this->Type,
+      [&](auto example)
       {
-        finite = ValueRange::Void();
+        const auto* const v = static_cast<const decltype(example)*>(values);
         for (std::size_t i = 0; i < count; ++i)
         {
           if (IsFinite(v[i]))
@@ -119,39 +145,49 @@ void PyramidHistogram::Add(const void* values, std::size_t count, const ValueRan
             finite.Include(static_cast<double>(v[i]));
           }
         }
-        if (finite.IsVoid())
-        {
-          return;
-        }
-      }
-      this->Widen(finite.Min, finite.Max);
-      const auto n = static_cast<std::int64_t>(count);
-      const int low = this->Exact ? static_cast<int>(this->Low) : 0;
-      // Allocated here: nothing may be thrown inside the parallel region.
-      std::vector<std::vector<std::uint64_t>> locals(
-        static_cast<std::size_t>(omp_get_max_threads()), std::vector<std::uint64_t>(FineBins, 0));
-#pragma omp parallel
+      });
+  }
+  if (finite.IsVoid())
+  {
+    return false;
+  }
+  this->Widen(finite.Min, finite.Max);
+  return true;
+}
+
+void PyramidHistogram::Count(const void* values, std::size_t count, Part& part) const
+{
+  part.Counts.resize(FineBins + 1); // the last: what isn't finite
+  std::uint64_t* const counts = part.Counts.data();
+  DispatchScalarType(this->Type,
+    [&](auto example)
+    {
+      using T = decltype(example);
+      const T* const v = static_cast<const T*>(values);
+      if constexpr (sizeof(T) <= 2)
       {
-        std::vector<std::uint64_t>& local = locals[static_cast<std::size_t>(omp_get_thread_num())];
-#pragma omp for schedule(static)
-        for (std::int64_t i = 0; i < n; ++i)
+        CountEach(v, count, std::is_signed_v<T> ? 32768 : 0, counts);
+      }
+      else
+      {
+        std::array<std::uint32_t, 1024> bins{};
+        for (std::size_t i = 0; i < count; i += bins.size())
         {
-          if constexpr (sizeof(T) <= 2)
-          {
-            ++local[static_cast<std::size_t>(v[i] - low)];
-          }
-          else if (IsFinite(v[i]))
-          {
-            ++local[this->Index(static_cast<double>(v[i]))];
-          }
-        }
-#pragma omp critical(teravox_histogram)
-        for (std::size_t i = 0; i < FineBins; ++i)
-        {
-          this->Counts[i] += local[i];
+          const std::size_t n = std::min(bins.size(), count - i);
+          VoxelLoops<T>::Get().FindBins(v + i, n, this->Low, this->Width, bins.data());
+          CountEach(bins.data(), n, 0, counts);
         }
       }
     });
+}
+
+void PyramidHistogram::Add(Part& part)
+{
+  for (std::size_t i = 0; i < std::min(FineBins, part.Counts.size()); ++i)
+  {
+    this->Counts[i] += part.Counts[i];
+  }
+  std::fill(part.Counts.begin(), part.Counts.end(), 0);
 }
 
 void PyramidHistogram::AddRepeated(double value, std::uint64_t count)

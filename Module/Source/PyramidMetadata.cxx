@@ -183,17 +183,13 @@ Status ReadPyramid(const HDF5File& file, PyramidMetadata& m)
 Result<PyramidMetadata> PyramidMetadata::Read(const HDF5File& file)
 {
   PyramidMetadata m;
-  const bool pyramid = file.Has(PyramidFormat::PyramidGroup);
-  if (!file.Has(PyramidFormat::ImageGroup) ||
-    (!pyramid && file.Text(PyramidFormat::ImageGroup, "Type").value_or("") != "ImageData"))
+  if (!file.Has(PyramidFormat::ImageGroup) || !file.Has(PyramidFormat::PyramidGroup))
   {
-    return Status(StatusCode::NotFound,
-      "The HDF5 file '" + file.Name() +
-        "' has no volume: neither a pyramid nor a VTKHDF image is in it. A dataset can be named "
-        "explicitly.");
+    return Status(
+      StatusCode::NotFound, "The HDF5 file '" + file.Name() + "' has no pyramid of this layout.");
   }
   Status status = ReadImage(file, m);
-  if (status.Ok() && pyramid)
+  if (status.Ok())
   {
     status = ReadPyramid(file, m);
   }

@@ -31,8 +31,8 @@ struct PyramidMetadata
   ValueRange Range;
   std::vector<double> Histogram;
 
-  /// The pyramid of a file, or the image of a VTKHDF file.
-  /// Errors: NotFound (no volume); Corrupt (damaged, contradictory); Unsupported (newer version).
+  /// The pyramid of a file.
+  /// Errors: NotFound (no pyramid); Corrupt (damaged, contradictory); Unsupported (newer version).
   static Result<PyramidMetadata> Read(const HDF5File& file);
 
   /// The multiscales attribute (JSON) of these factors and spacings.

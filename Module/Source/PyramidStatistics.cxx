@@ -3,6 +3,7 @@
 #include "PyramidStatistics.h"
 
 #include "PyramidFormat.h"
+#include "RangeUnion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -65,7 +66,7 @@ ValueRange CellRange(const std::byte* cell, int pairs)
 template <typename T>
 ValueRange BoxRange(const Chunk& chunk, const Int3& chunkSize, int pairs, const Box& cells)
 {
-  ValueRange r = ValueRange::Void();
+  RangeUnion r;
   const std::size_t cellBytes = 2 * static_cast<std::size_t>(pairs) * sizeof(T);
   for (std::int64_t z = cells.Low[2]; z < cells.High[2]; ++z)
   {
@@ -79,7 +80,7 @@ ValueRange BoxRange(const Chunk& chunk, const Int3& chunkSize, int pairs, const 
       }
     }
   }
-  return r;
+  return r.Get();
 }
 
 // Calls f(x, y, z) for all integer points of a box, x fastest, until it returns an error.
@@ -189,8 +190,8 @@ Result<std::vector<ValueRange>> PyramidStatistics::Read(int level, const Int3& d
     return chunks;
   };
 
-  std::vector<ValueRange> ranges(
-    static_cast<std::size_t>(count[0] * count[1] * count[2]), ValueRange::Void());
+  const auto regionCount = static_cast<std::size_t>(count[0] * count[1] * count[2]);
+  std::vector<RangeUnion> parts(regionCount);
   const Box regions{ firstRegion,
     { firstRegion[0] + count[0], firstRegion[1] + count[1], firstRegion[2] + count[2] } };
   // All regions that a chunk takes part in are served while it is at hand: the chunks of a box of
@@ -215,7 +216,7 @@ Result<std::vector<ValueRange>> PyramidStatistics::Read(int level, const Int3& d
     });
   if (IsEmpty(chunks))
   {
-    return ranges;
+    return std::vector<ValueRange>(regionCount, ValueRange::Void());
   }
   status = ForEach(chunks,
     [&](const Int3& index) -> Status
@@ -261,7 +262,7 @@ Result<std::vector<ValueRange>> PyramidStatistics::Read(int level, const Int3& d
           const std::int64_t i =
             ((region[2] - firstRegion[2]) * count[1] + region[1] - firstRegion[1]) * count[0] +
             region[0] - firstRegion[0];
-          ranges[static_cast<std::size_t>(i)].Include(range);
+          parts[static_cast<std::size_t>(i)].Include(range);
           return {};
         });
     });
@@ -269,6 +270,12 @@ Result<std::vector<ValueRange>> PyramidStatistics::Read(int level, const Int3& d
   {
     return Status(status.Code(),
       "Can't read value ranges of level " + std::to_string(level) + ": " + status.Message() + ".");
+  }
+  std::vector<ValueRange> ranges;
+  ranges.reserve(regionCount);
+  for (const RangeUnion& part : parts)
+  {
+    ranges.push_back(part.Get());
   }
   return ranges;
 }

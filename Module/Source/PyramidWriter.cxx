@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "PyramidWriter.h"
 
+#include "ConversionLog.h"
 #include "PyramidBuilder.h"
 #include "PyramidFileWriter.h"
 #include "PyramidFormat.h"
 #include "PyramidLayout.h"
 #include "PyramidMetadata.h"
 
+#include <algorithm>
 #include <exception>
 #include <limits>
 #include <memory>
@@ -95,14 +97,26 @@ Result<PyramidWriterReport> WriteChecked(const std::string& fileName, VoxelReade
     return Status(layout.GetStatus().Code(),
       "'" + fileName + "' can't be written: " + layout.GetStatus().Message());
   }
-  PyramidBuilder builder(volume, options, layout.Value(), reader);
+  std::unique_ptr<SavedChunks> saved;
+  PyramidWriterOptions left = options;
+  if (options.Resume)
+  {
+    auto loaded = SavedChunks::Load(fileName, ConversionLog::Task(volume, options));
+    if (!loaded.Ok())
+    {
+      return loaded.GetStatus();
+    }
+    saved = std::move(loaded.Value());
+    left.MemoryLimit -= std::min(left.MemoryLimit, saved ? saved->MemoryUsed() : 0);
+  }
+  PyramidBuilder builder(volume, left, layout.Value(), reader);
   Status status = builder.Plan(fileName);
   if (!status.Ok())
   {
     return status;
   }
   Result<std::unique_ptr<PyramidFileWriter>> file =
-    PyramidFileWriter::Create(fileName, volume, options, layout.Value());
+    PyramidFileWriter::Create(fileName, volume, options, layout.Value(), std::move(saved));
   if (!file.Ok())
   {
     return file.GetStatus();
@@ -126,7 +140,12 @@ Result<PyramidWriterReport> WriteChecked(const std::string& fileName, VoxelReade
 
 std::string PyramidWriter::TemporaryName(const std::string& fileName)
 {
-  return PyramidFileWriter::TemporaryName(fileName);
+  return unfinished::PartName(fileName);
+}
+
+std::string PyramidWriter::LogName(const std::string& fileName)
+{
+  return unfinished::LogName(unfinished::PartName(fileName));
 }
 
 Result<PyramidWriterReport> PyramidWriter::Write(

@@ -48,6 +48,10 @@ public:
   /// each voxel once.
   virtual Status ReadBox(const Int3& start, const Int3& size, void* out) = 0;
 
+  /// True if a box costs no more in pieces, one slab of slices after another, than at once. A
+  /// writer then works on one while the next is read.
+  virtual bool ReadsSlabs() const { return false; }
+
   /// Where the box lies in memory, in the order in which ReadBox() writes it, until the next call
   /// of the reader: spares a copy of voxels that are there anyway. Null: only ReadBox() has them.
   virtual const void* FindBox(const Int3& start, const Int3& size)

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ReadBox.h"
 
+#include "WaitScope.h"
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -70,6 +72,7 @@ public:
   /// Waits a moment, or until all is done.
   bool WaitDone(std::chrono::milliseconds time)
   {
+    const WaitScope waiting; // ends after the lock is released
     std::unique_lock<std::mutex> lock(this->Mutex);
     return this->Changed.wait_for(
       lock, time, [this] { return this->Finished.load() >= this->Total || this->Stop.load(); });
@@ -260,9 +263,12 @@ ReadBoxReport ReadBox(BrickSource& source, int level, const Int3& first, const I
       reader.Cancel();
     }
   }
-  for (std::thread& thread : threads)
   {
-    thread.join();
+    const WaitScope waiting;
+    for (std::thread& thread : threads)
+    {
+      thread.join();
+    }
   }
   reader.Report.Cancelled = cancelled;
   return std::move(reader.Report);

@@ -17,12 +17,16 @@
 #include "vtkRenderingOutOfCoreModule.h" // for the export macro
 
 #include <memory> // for std::shared_ptr, std::unique_ptr
+#include <string> // for the name
 
 class vtkAbstractArray;
+class vtkDataArray;
+class vtkImageData;
 class vtkInformationObjectBaseKey;
 
 namespace teravox
 {
+class BrickSeries;
 class BrickSource;
 }
 
@@ -41,6 +45,16 @@ public:
   void SetBrickSource(std::shared_ptr<teravox::BrickSource> source);
   const std::shared_ptr<teravox::BrickSource>& GetBrickSource() const;
   ///@}
+
+  ///@{
+  /**
+   * The series that the source is a step of, and which one, counted from 0. Default: none, 0. With
+   * it the mapper reads the steps beside it ahead.
+   */
+  void SetBrickSeries(std::shared_ptr<teravox::BrickSeries> series, int step);
+  const std::shared_ptr<teravox::BrickSeries>& GetBrickSeries() const;
+  int GetStep() const;
+  ///@}
 #endif
 
   /**
@@ -53,6 +67,12 @@ public:
   int GetPresentedLevel() const;
   void GetPresentedFirstVoxel(long long firstVoxel[3]) const;
   void GetPresentedDimensions(long long dimensions[3]) const;
+
+  /**
+   * Whether `image` lies where the source puts the presented part: false after a filter has moved
+   * the image and kept its array. False without a source.
+   */
+  bool IsInPlace(vtkImageData* image) const;
 
   ///@{
   /**
@@ -67,6 +87,26 @@ public:
   /** (0,-1) where the range isn't known. */
   void GetScalarRange(double range[2]) const;
   ///@}
+
+  ///@{
+  /**
+   * Geometry and kind of level 0: world position of the centre of its voxel (0,0,0), edge lengths
+   * of a voxel; whether its values are labels. (0,0,0), (1,1,1), false without a source.
+   */
+  void GetOrigin(double origin[3]) const;
+  void GetSpacing(double spacing[3]) const;
+  bool HasLabels() const;
+  /** How messages call the volume; empty without a source. */
+  std::string GetName() const;
+  ///@}
+
+  /**
+   * Reads the voxels [first, first + size) of one level, with several threads: one tuple per voxel,
+   * x fastest. Null, after an error, if the box isn't inside the level or if any of it can't be
+   * read. The caller owns the array.
+   */
+  VTK_NEWINSTANCE
+  vtkDataArray* ReadVoxels(int level, const long long first[3], const long long size[3]);
 
   /**
    * Puts this holder into the information of `array` and remembers the array (weakly). A holder

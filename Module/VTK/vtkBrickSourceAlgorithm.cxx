@@ -2,15 +2,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkBrickSourceAlgorithm.h"
 
-#include "BrickSource.h"
+#include "BrickSeries.h"
 #include "PresentedLevel.h"
 #include "ReadBox.h"
 #include "VTKScalarType.h"
+#include "VoxelArray.h"
 #include "vtkBrickSource.h"
 
 #include <algorithm>
 #include <cstddef>
-#include <new>
 #include <utility>
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
@@ -36,6 +36,10 @@ class vtkBrickSourceAlgorithm::vtkInternals
 public:
   std::shared_ptr<teravox::BrickSource> Source;
   vtkSmartPointer<vtkBrickSource> Holder;
+  std::vector<double> Times;
+  std::shared_ptr<teravox::BrickSeries> Series;
+  int Step = 0;
+  int SourceStep = 0; // whose source Source is
 };
 
 vtkBrickSourceAlgorithm::vtkBrickSourceAlgorithm()
@@ -58,9 +62,17 @@ void vtkBrickSourceAlgorithm::SetLevel(int level)
 
 void vtkBrickSourceAlgorithm::BrickSourceModified()
 {
+  this->Internals->Series.reset();
+  this->Internals->Times.clear();
   this->Internals->Source.reset();
   this->Internals->Holder = nullptr;
   this->Modified();
+}
+
+void vtkBrickSourceAlgorithm::VolumeModified()
+{
+  this->Internals->Step = 0;
+  this->BrickSourceModified();
 }
 
 std::shared_ptr<teravox::BrickSource> vtkBrickSourceAlgorithm::EnsureBrickSource()
@@ -69,18 +81,81 @@ std::shared_ptr<teravox::BrickSource> vtkBrickSourceAlgorithm::EnsureBrickSource
   if (internals.Source && this->IsBrickSourceOutdated())
   {
     internals.Source.reset();
+    internals.Series.reset();
+    internals.Holder = nullptr;
+  }
+  if (internals.Source && internals.Series && internals.SourceStep != internals.Step)
+  {
+    internals.Source.reset();
     internals.Holder = nullptr;
   }
   if (!internals.Source)
   {
     std::string reason;
-    internals.Source = this->MakeBrickSource(reason);
+    internals.Source = this->MakeSourceOfStep(reason);
     if (!internals.Source && !reason.empty())
     {
       vtkErrorMacro(<< reason);
     }
   }
   return internals.Source;
+}
+
+std::shared_ptr<teravox::BrickSeries> vtkBrickSourceAlgorithm::MakeBrickSeries(std::string& reason)
+{
+  reason = "There is no series of steps.";
+  return nullptr;
+}
+
+std::shared_ptr<teravox::BrickSource> vtkBrickSourceAlgorithm::MakeSourceOfStep(std::string& reason)
+{
+  vtkInternals& internals = *this->Internals;
+  if (!internals.Series)
+  {
+    internals.Times = this->FindTimes();
+    if (internals.Times.empty())
+    {
+      return this->MakeBrickSource(reason);
+    }
+    internals.Series = this->MakeBrickSeries(reason);
+    if (!internals.Series)
+    {
+      return nullptr;
+    }
+  }
+  internals.Step = std::clamp(internals.Step, 0, internals.Series->NumberOfSteps() - 1);
+  internals.SourceStep = internals.Step;
+  auto source = internals.Series->Step(internals.Step);
+  if (!source)
+  {
+    reason = source.GetStatus().Message();
+    return nullptr;
+  }
+  return source.Value();
+}
+
+void vtkBrickSourceAlgorithm::ChooseStep(vtkInformation* outInfo)
+{
+  vtkInternals& internals = *this->Internals;
+  if (!internals.Series || !outInfo->Has(vtkStreamingDemandDrivenPipeline::UPDATE_TIME_STEP()))
+  {
+    return;
+  }
+  const double time = outInfo->Get(vtkStreamingDemandDrivenPipeline::UPDATE_TIME_STEP());
+  const auto later = std::upper_bound(internals.Times.begin(), internals.Times.end(), time);
+  internals.Step = std::max(static_cast<int>(later - internals.Times.begin()) - 1, 0);
+}
+
+int vtkBrickSourceAlgorithm::GetNumberOfTimeSteps()
+{
+  const auto source = this->EnsureBrickSource();
+  const auto& series = this->Internals->Series;
+  return series ? series->NumberOfSteps() : source ? 1 : 0;
+}
+
+int vtkBrickSourceAlgorithm::GetPresentedTimeStep() const
+{
+  return this->Internals->Step;
 }
 
 int vtkBrickSourceAlgorithm::ResolveLevel(const teravox::BrickSource& source)
@@ -149,6 +224,7 @@ vtkBrickSource* vtkBrickSourceAlgorithm::GetBrickSource()
     long long dimensions[3];
     this->Internals->Holder->GetLevelDimensions(0, dimensions);
     this->Internals->Holder->SetPresentation(0, first, dimensions);
+    this->Internals->Holder->SetBrickSeries(this->Internals->Series, this->Internals->Step);
   }
   return this->Internals->Holder;
 }
@@ -183,6 +259,19 @@ int vtkBrickSourceAlgorithm::RequestInformation(
   outInfo->Set(vtkDataObject::SPACING(), image.Spacing.data(), 3);
   outInfo->Set(vtkDataObject::DIRECTION(), image.Direction.data(), 9);
   outInfo->Set(vtkAlgorithm::CAN_PRODUCE_SUB_EXTENT(), 1);
+  const std::vector<double>& times = this->Internals->Times;
+  if (this->Internals->Series)
+  {
+    const double range[2] = { times.front(), times.back() };
+    outInfo->Set(
+      vtkStreamingDemandDrivenPipeline::TIME_STEPS(), times.data(), static_cast<int>(times.size()));
+    outInfo->Set(vtkStreamingDemandDrivenPipeline::TIME_RANGE(), range, 2);
+  }
+  else
+  {
+    outInfo->Remove(vtkStreamingDemandDrivenPipeline::TIME_STEPS());
+    outInfo->Remove(vtkStreamingDemandDrivenPipeline::TIME_RANGE());
+  }
   vtkDataObject::SetActiveAttributeInfo(outInfo,
     info.CellData ? vtkDataObject::FIELD_ASSOCIATION_CELLS
                   : vtkDataObject::FIELD_ASSOCIATION_POINTS,
@@ -194,6 +283,7 @@ int vtkBrickSourceAlgorithm::RequestInformation(
 int vtkBrickSourceAlgorithm::RequestData(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
+  this->ChooseStep(outputVector->GetInformationObject(0));
   const auto source = this->EnsureBrickSource();
   const int level = source ? this->ResolveLevel(*source) : -1;
   if (level < 0)
@@ -217,20 +307,18 @@ int vtkBrickSourceAlgorithm::RequestData(
   output->SetOrigin(image.Origin.data());
   output->SetSpacing(image.Spacing.data());
   output->SetDirectionMatrix(image.Direction.data());
+  if (this->Internals->Series)
+  {
+    output->GetInformation()->Set(vtkDataObject::DATA_TIME_STEP(),
+      this->Internals->Times[static_cast<std::size_t>(this->Internals->Step)]);
+  }
 
   const teravox::PresentedLevel::Box box = image.VoxelsOf(extent);
-  vtkSmartPointer<vtkDataArray> array;
-  array.TakeReference(vtkDataArray::CreateDataArray(teravox::ToVTK(info.Type)));
-  array->SetName(info.ArrayName.c_str());
-  array->SetNumberOfComponents(info.Components);
-  const vtkIdType voxels = box.Size[0] * box.Size[1] * box.Size[2];
-  try
+  const vtkSmartPointer<vtkDataArray> array = teravox::NewVoxelArray(info, box.Size);
+  if (!array)
   {
-    array->SetNumberOfTuples(voxels);
-  }
-  catch (const std::bad_alloc&)
-  {
-    vtkErrorMacro("The memory for " << voxels << " voxels of level " << level << " of " << info.Name
+    vtkErrorMacro("The memory for " << box.Size[0] << " x " << box.Size[1] << " x " << box.Size[2]
+                                    << " voxels of level " << level << " of " << info.Name
                                     << " can't be had; present a coarser level.");
     return 0;
   }
@@ -262,6 +350,7 @@ int vtkBrickSourceAlgorithm::RequestData(
     const long long first[3] = { box.First[0], box.First[1], box.First[2] };
     const long long size[3] = { box.Size[0], box.Size[1], box.Size[2] };
     holder->SetPresentation(level, first, size);
+    holder->SetBrickSeries(this->Internals->Series, this->Internals->Step);
     holder->Attach(array);
   }
   return 1;

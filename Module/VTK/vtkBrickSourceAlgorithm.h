@@ -13,6 +13,10 @@
  * x0 = f x_l + (f-1)/2. Level 0 has the extent of the data, coarser levels begin at 0.
  *
  * A brick that can't be read is replaced by its finest readable ancestor and reported as an error.
+ *
+ * A volume that changes with time has TIME_STEPS, and each step is a brick source of its own. The
+ * pipeline's UPDATE_TIME_STEP chooses the last step that isn't later, or the first one; without it
+ * that is the first one, too.
  */
 #pragma once
 
@@ -21,11 +25,13 @@
 
 #include <memory> // for std::shared_ptr, std::unique_ptr
 #include <string> // for the reason of a failure
+#include <vector> // for the times of steps
 
 class vtkBrickSource;
 
 namespace teravox
 {
+class BrickSeries;
 class BrickSource;
 }
 
@@ -59,6 +65,13 @@ public:
    */
   vtkBrickSource* GetBrickSource();
 
+  /**
+   * Steps in time, at least 1 where there is a volume, and which of them is presented: that of the
+   * last update.
+   */
+  int GetNumberOfTimeSteps();
+  int GetPresentedTimeStep() const;
+
 protected:
   vtkBrickSourceAlgorithm();
   ~vtkBrickSourceAlgorithm() override;
@@ -69,11 +82,23 @@ protected:
    */
   virtual std::shared_ptr<teravox::BrickSource> MakeBrickSource(std::string& reason) = 0;
 
+  /**
+   * The times of the steps, ascending. Default: none, the volume doesn't change with time. Else
+   * MakeBrickSeries() is called instead of MakeBrickSource().
+   */
+  virtual std::vector<double> FindTimes() { return {}; }
+
+  /** Makes the steps, as many as there are times; failures as of MakeBrickSource(). */
+  virtual std::shared_ptr<teravox::BrickSeries> MakeBrickSeries(std::string& reason);
+
   /** Must the source be made again? Called each time it is needed, so it should be quick. */
   virtual bool IsBrickSourceOutdated() { return false; }
 
   /** To be called by setters: drops the source and marks this object as modified. */
   void BrickSourceModified();
+
+  /** The same, of another volume: its first step is presented until the pipeline asks for one. */
+  void VolumeModified();
 
   int RequestInformation(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
@@ -87,6 +112,9 @@ private:
 
   /** The source, made if need be; reports an error and returns null if it can't be. */
   std::shared_ptr<teravox::BrickSource> EnsureBrickSource();
+  /** The step of a time, and the source of the present step. */
+  std::shared_ptr<teravox::BrickSource> MakeSourceOfStep(std::string& reason);
+  void ChooseStep(vtkInformation* outInfo);
   /** Resolves Level; reports an error and returns -1 if there is no such level. */
   int ResolveLevel(const teravox::BrickSource& source);
 

@@ -52,10 +52,17 @@ void vtkHDF5PyramidWriter::SetArrayName(const char* name)
   this->Modified();
 }
 
+void vtkHDF5PyramidWriter::SetSourceName(const char* name)
+{
+  this->SourceName = name ? name : "";
+  this->Modified();
+}
+
 int vtkHDF5PyramidWriter::Write()
 {
   this->BytesDone = this->BytesTotal = this->FileBytes = 0;
   this->NumberOfLevels = 0;
+  this->NumberOfChunksSaved = 0;
   this->AbortExecute = 0;
   if (this->FileName.empty())
   {
@@ -88,6 +95,8 @@ int vtkHDF5PyramidWriter::Write()
   options.CompressionLevel = this->CompressionLevel;
   options.Downsampling = this->Downsampling == MODE ? teravox::PyramidDownsampling::Mode
                                                     : teravox::PyramidDownsampling::Average;
+  options.Resume = this->Resume;
+  options.Source = this->SourceName;
   const std::uint64_t held = reader.Value()->HeldBytes();
   const std::uint64_t forInput = reader.Value()->IsWhole() ? held : input.PieceLimit;
   options.MemoryLimit = this->MemoryLimit - forInput;
@@ -115,6 +124,7 @@ int vtkHDF5PyramidWriter::Write()
   }
   this->FileBytes = report.Value().FileBytes;
   this->NumberOfLevels = report.Value().Levels;
+  this->NumberOfChunksSaved = static_cast<vtkIdType>(report.Value().ChunksSaved);
   return 1;
 }
 
@@ -128,5 +138,7 @@ void vtkHDF5PyramidWriter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "CompressionLevel: " << this->CompressionLevel << "\n";
   os << indent << "Downsampling: " << this->Downsampling << "\n";
   os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
+  os << indent << "Resume: " << this->Resume << "\n";
+  os << indent << "SourceName: " << this->SourceName << "\n";
   os << indent << "FillValue: " << this->FillValue << "\n";
 }

@@ -101,6 +101,26 @@ public:
   vtkGetMacro(FillValue, double);
   ///@}
 
+  ///@{
+  /**
+   * Whether Write() goes on from what an unfinished one to the same file with the same settings
+   * left, also if its process was killed, and leaves such things itself when it fails or is
+   * aborted: "FILE. <process>.part" and ".log". Otherwise they are removed. Default: off.
+   */
+  vtkSetMacro(Resume, bool);
+  vtkGetMacro(Resume, bool);
+  vtkBooleanMacro(Resume, bool);
+  ///@}
+
+  ///@{
+  /**
+   * What the input is made of, for example the name, size and time of a file: Write() goes on only
+   * where that is the same. Default: empty.
+   */
+  void SetSourceName(const char* name);
+  const char* GetSourceName() const { return this->SourceName.c_str(); }
+  ///@}
+
   /** Writes the file. Returns 1, or 0 after an error or an abort. */
   int Write();
 
@@ -111,6 +131,8 @@ public:
   vtkGetMacro(FileBytes, unsigned long long);
   vtkGetMacro(NumberOfLevels, int);
   ///@}
+  /** Chunks that the last Write() took from an unfinished one. */
+  vtkGetMacro(NumberOfChunksSaved, vtkIdType);
 
 protected:
   vtkHDF5PyramidWriter();
@@ -130,8 +152,11 @@ private:
   int Downsampling = AVERAGE;
   unsigned long long MemoryLimit = 1ull << 30;
   double FillValue = 0.0;
+  bool Resume = false;
+  std::string SourceName;
   unsigned long long BytesDone = 0;
   unsigned long long BytesTotal = 0;
   unsigned long long FileBytes = 0;
   int NumberOfLevels = 0;
+  vtkIdType NumberOfChunksSaved = 0;
 };

@@ -25,6 +25,7 @@
 #include <string> // for the reason of a failure
 
 class vtkBrickSource;
+class vtkDataArray;
 class vtkVolumeProperty;
 
 class VTKRENDERINGOUTOFCORE_EXPORT vtkOutOfCoreTransferFunction : public vtkObject
@@ -36,10 +37,19 @@ public:
   /**
    * Opacity, colour, unit distance, shading and interpolation for a volume of which nothing else is
    * known. The background is told from the rest by the threshold that separates the histogram best
-   * (Otsu 1979); labels get one colour each, 0 is invisible. Without a histogram the ramp spans the
+   * (Otsu 1979); labels get one colour each, 0 is invisible. A file's own wish (a window, a colour)
+   * comes first. Components are independent channels with functions of their own; by default the
+   * first to fourth are red, green, blue and white. Where neither the source nor the file knows a
+   * range, up to 27 bricks of the coarsest level are read; without a histogram the ramp spans the
    * range, without a range 0...1.
    */
   static void MakeAutomatic(vtkBrickSource* source, vtkVolumeProperty* property);
+  /**
+   * The same with a histogram from elsewhere, for a source that knows none: counts of values in
+   * equal bins from `minimum` to `maximum`; null: the ramp spans the range.
+   */
+  static void MakeAutomatic(vtkBrickSource* source, double minimum, double maximum,
+    vtkDataArray* histogram, vtkVolumeProperty* property);
 
   /**
    * Reads a file as above. Returns an empty string, or one sentence that says what is wrong; the

@@ -2,12 +2,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkOutOfCoreVolumeMapper.h"
 
-#include "ArrayBrickSource.h"
+#include "ColorAndDepthImage.h"
+#include "InputArray.h"
+#include "MaskInput.h"
 #include "RefinementBoard.h"
+#include "ScalarBrickSource.h"
+#include "ShaderReplacements.h"
 #include "SliceDepths.h"
-#include "VTKScalarType.h"
+#include "TransferRange.h"
+#include "VTKVersions.h"
 #include "VolumeEngine.h"
+#include "VolumePick.h"
+#include "VolumePlace.h"
+#include "vtkBlockSplit.h"
 #include "vtkBrickSource.h"
+#include "vtkCallbackCommand.h"
 #include "vtkCamera.h"
 #include "vtkCellData.h"
 #include "vtkColorTransferFunction.h"
@@ -15,6 +24,7 @@
 #include "vtkContourValues.h"
 #include "vtkDataArray.h"
 #include "vtkFloatArray.h"
+#include "vtkHardwareSelector.h"
 #include "vtkImageData.h"
 #include "vtkImplicitFunction.h"
 #include "vtkInformation.h"
@@ -34,6 +44,7 @@
 #include "vtkPropCollection.h"
 #include "vtkRenderWindow.h"
 #include "vtkRenderer.h"
+#include "vtkRendererCollection.h"
 #include "vtkTrivialProducer.h"
 #include "vtkVolume.h"
 #include "vtkVolumeProperty.h"
@@ -42,6 +53,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
+#include <map>
+#include <optional>
 #include <set>
 #include <thread>
 
@@ -78,42 +92,63 @@ double Now()
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-Matrix4 ToMatrix(vtkMatrix4x4* m)
+// How the functions lie over the values of the data.
+struct RangeChoice
 {
-  Matrix4 result{};
-  std::copy_n(m->GetData(), 16, result.begin());
-  return result;
-}
+  teravox::ValueRange Data = teravox::ValueRange::Unknown();
+  bool NativeColor = false;
+  bool NativeOpacity = false;
+  bool NativeGradient = false;
 
-// From voxel indices (centres at whole numbers) to the image's space.
-Matrix4 IndexToDataset(const Double3& origin, const Double3& spacing, const double* direction)
-{
-  Matrix4 m{};
-  for (std::size_t i = 0; i < 3; ++i)
+  bool operator==(const RangeChoice& o) const
   {
-    for (std::size_t j = 0; j < 3; ++j)
-    {
-      m[4 * i + j] = direction[3 * i + j] * spacing[j];
-    }
-    m[4 * i + 3] = origin[i];
+    return this->NativeColor == o.NativeColor && this->NativeOpacity == o.NativeOpacity &&
+      this->NativeGradient == o.NativeGradient;
   }
-  m[15] = 1;
-  return m;
-}
+};
 
-Matrix4 ScaleAndShift(const Double3& scale, const Double3& shift)
+bool HasGradientOpacity(vtkVolumeProperty* property, int component)
 {
-  return { scale[0], 0, 0, shift[0], 0, scale[1], 0, shift[1], 0, 0, scale[2], shift[2], 0, 0, 0,
-    1 };
+  return property->GetTransferFunctionMode() == vtkVolumeProperty::TF_1D &&
+    property->HasGradientOpacity(component) && property->GetDisableGradientOpacity(component) == 0;
 }
 
-teravox::TransferFunction MakeTransferFunction(vtkVolumeProperty* property)
+// Opacity over the magnitude of gradients. VTK takes magnitudes up to a quarter of the range of the
+// data; beyond, the opacity is what it is there. Native: stretched over that from a quarter of the
+// function's own range.
+void SetGradientOpacity(
+  vtkPiecewiseFunction* own, const RangeChoice& range, teravox::TransferFunction& function)
+{
+  auto opacity = vtkSmartPointer<vtkPiecewiseFunction>::New();
+  opacity->DeepCopy(own);
+  const bool isEmpty = opacity->GetSize() < 1;
+  teravox::FitToRange(opacity, range.Data, false);
+  double ends[2] = { 0, 0 };
+  opacity->GetRange(ends);
+  const double width = range.Data.Max - range.Data.Min;
+  const bool isKnown =
+    range.Data.IsKnown() && !range.Data.IsVoid() && std::isfinite(width) && width > 0;
+  const double stretch = range.NativeGradient && !isEmpty && isKnown && ends[1] > ends[0]
+    ? (ends[1] - ends[0]) / width
+    : 1;
+  const double last = isKnown ? 0.25 * width * stretch : ends[1];
+  // Where the function is constant up to there, tables needn't reach so far.
+  const double end = opacity->GetClamping() != 0 && ends[1] > 0 ? std::min(last, ends[1]) : last;
+  function.LastGradient = end > 0 ? end / stretch : 1;
+  function.GradientOpacity = [opacity, stretch, end](double m)
+  { return opacity->GetValue(std::min(m * stretch, end)); };
+}
+
+// Of a component.
+teravox::TransferFunction MakeTransferFunction(
+  vtkVolumeProperty* property, int component, const RangeChoice& range)
 {
   // Copies: the function is sampled later, and must be what it is now.
   auto opacity = vtkSmartPointer<vtkPiecewiseFunction>::New();
-  opacity->DeepCopy(property->GetScalarOpacity());
+  opacity->DeepCopy(property->GetScalarOpacity(component));
+  teravox::FitToRange(opacity, range.Data, range.NativeOpacity);
   teravox::TransferFunction function;
-  function.UnitDistance = property->GetScalarOpacityUnitDistance();
+  function.UnitDistance = property->GetScalarOpacityUnitDistance(component);
   function.Opacity = [opacity](double v) { return opacity->GetValue(v); };
   function.IsConstantBeyond = opacity->GetClamping() != 0;
   for (int i = 0; i < opacity->GetSize(); ++i)
@@ -128,10 +163,11 @@ teravox::TransferFunction MakeTransferFunction(vtkVolumeProperty* property)
       function.Knots.push_back(node[0] + node[2] * (next[0] - node[0]));
     }
   }
-  if (property->GetColorChannels() == 3)
+  if (property->GetColorChannels(component) == 3)
   {
     auto color = vtkSmartPointer<vtkColorTransferFunction>::New();
-    color->DeepCopy(property->GetRGBTransferFunction());
+    color->DeepCopy(property->GetRGBTransferFunction(component));
+    teravox::FitToRange(color, range.Data, range.NativeColor);
     function.IsConstantBeyond = function.IsConstantBeyond && color->GetClamping() != 0;
     function.Color = [color](double v, double* rgb) { color->GetColor(v, rgb); };
     for (int i = 0; i < color->GetSize(); ++i)
@@ -150,7 +186,8 @@ teravox::TransferFunction MakeTransferFunction(vtkVolumeProperty* property)
   else
   {
     auto gray = vtkSmartPointer<vtkPiecewiseFunction>::New();
-    gray->DeepCopy(property->GetGrayTransferFunction());
+    gray->DeepCopy(property->GetGrayTransferFunction(component));
+    teravox::FitToRange(gray, range.Data, range.NativeColor);
     function.IsConstantBeyond = function.IsConstantBeyond && gray->GetClamping() != 0;
     function.Color = [gray](double v, double* rgb)
     { rgb[0] = rgb[1] = rgb[2] = gray->GetValue(v); };
@@ -161,10 +198,39 @@ teravox::TransferFunction MakeTransferFunction(vtkVolumeProperty* property)
       function.Knots.push_back(node[0]);
     }
   }
+  if (HasGradientOpacity(property, component))
+  {
+    SetGradientOpacity(property->GetGradientOpacity(component), range, function);
+  }
   std::sort(function.Knots.begin(), function.Knots.end());
   function.Knots.erase(
     std::unique(function.Knots.begin(), function.Knots.end()), function.Knots.end());
   return function;
+}
+
+// Of dependent components: whether there is such a mode for so many.
+bool AreDependent(vtkVolumeProperty* property, int components)
+{
+  return property->GetIndependentComponents() == 0 && (components == 2 || components == 4);
+}
+
+teravox::ComponentFunctions MakeComponentFunctions(
+  vtkVolumeProperty* property, int components, const RangeChoice& range)
+{
+  teravox::ComponentFunctions functions;
+  const bool dependent = AreDependent(property, components);
+  functions.Mode =
+    dependent ? teravox::ComponentMode::Dependent : teravox::ComponentMode::Independent;
+  for (int c = 0; c < (dependent ? 1 : components); ++c)
+  {
+    const auto i = static_cast<std::size_t>(c);
+    functions.Functions.push_back(MakeTransferFunction(property, c, range));
+    functions.Weight[i] = property->GetComponentWeight(c);
+    functions.Material[i] = { static_cast<float>(property->GetAmbient(c)),
+      static_cast<float>(property->GetDiffuse(c)), static_cast<float>(property->GetSpecular(c)),
+      static_cast<float>(property->GetSpecularPower(c)) };
+  }
+  return functions;
 }
 } // namespace
 
@@ -177,19 +243,26 @@ public:
   vtkSmartPointer<vtkTrivialProducer> StandIn; // input for volumes that come from SetBrickSource()
   bool UsesStandIn = false;
 
-  // The source made from an ordinary array, and of what.
-  std::shared_ptr<teravox::BrickSource> OfArray;
-  vtkSmartPointer<vtkDataArray> Array;
-  vtkMTimeType ArrayTime = 0;
-  int ArrayBrickSize = 0;
-  Int3 ArrayExtentStart{};
-  Int3 ArrayDimensions{};
-  bool ArrayIsCellData = false;
+  teravox::InputArray Arrays; // the source made from an ordinary array
+  teravox::MaskInput Mask;
 
-  vtkWeakPointer<vtkRenderWindow> Window;
+  // One scalar of the components of a source, and which.
+  std::shared_ptr<teravox::BrickSource> Scalars;
+  std::shared_ptr<teravox::BrickSource> ScalarsSource;
+  int ScalarsComponent = 0;
+  std::shared_ptr<teravox::BrickSource> ScalarsOf(
+    const vtkOutOfCoreVolumeMapper& mapper, const std::shared_ptr<teravox::BrickSource>& source);
+
+  // Whose context holds what the engine has on the GPU, and when that context was made: a window
+  // may get another one.
+  vtkWeakPointer<vtkOpenGLRenderWindow> Window;
+  vtkMTimeType ContextTime = 0;
+  vtkNew<vtkCallbackCommand> WindowGoes; // the last chance to free what lives in its context
+  unsigned long WindowTag = 0;
   vtkMTimeType FunctionTime = 0;
   vtkVolumeProperty* FunctionOf = nullptr;
   std::shared_ptr<teravox::BrickSource> FunctionFor;
+  RangeChoice FunctionRange;
   double FunctionLength = 0; // ShortestLength that it was sampled for
   std::uint64_t FunctionVersion = 0;
   std::set<std::string> Warned;
@@ -201,13 +274,89 @@ public:
   double ConvergedAfter = 0;
   std::shared_ptr<teravox::BrickSource> Timed;
   const void* LastView = nullptr;
+  const void* LastRenderer = nullptr;
+  // What was drawn last in each renderer.
+  struct Shown
+  {
+    teravox::FrameRequest Request;
+    std::uint64_t FunctionVersion = 0;
+    std::shared_ptr<teravox::BrickSource> Source;
+  };
+  std::map<const void*, Shown> Shown_;
+
+  // Each eye has a view of its own: both pictures stay.
+  static const void* ViewOf(vtkRenderer* ren, bool rightEye)
+  {
+    return static_cast<const char*>(static_cast<const void*>(ren)) + (rightEye ? 1 : 0);
+  }
+
+  // Forgets what belongs to renderers that the window doesn't have any more.
+  void KeepRenderers(vtkRenderWindow* window, vtkRenderer* drawing)
+  {
+    std::set<const void*> views{ ViewOf(drawing, false), ViewOf(drawing, true) };
+    vtkCollectionSimpleIterator it = nullptr;
+    window->GetRenderers()->InitTraversal(it);
+    while (vtkRenderer* ren = window->GetRenderers()->GetNextRenderer(it))
+    {
+      views.insert(ViewOf(ren, false));
+      if (window->GetStereoRender() != 0)
+      {
+        views.insert(ViewOf(ren, true));
+      }
+    }
+    this->Engine.KeepViews(views);
+    for (auto at = this->Shown_.begin(); at != this->Shown_.end();)
+    {
+      at = views.count(at->first) != 0 ? std::next(at) : this->Shown_.erase(at);
+    }
+  }
+
+  // Of the last frame; nothing if that looked for none.
+  std::optional<teravox::FirstHits> ReadHits()
+  {
+    if (!this->Window || !this->LastView)
+    {
+      return std::nullopt;
+    }
+    this->Window->MakeCurrent();
+    return this->Engine.ReadFirstHits(this->LastView);
+  }
 };
+
+// The source itself where vectors aren't to become scalars, or aren't vectors.
+std::shared_ptr<teravox::BrickSource> vtkOutOfCoreVolumeMapper::vtkInternals::ScalarsOf(
+  const vtkOutOfCoreVolumeMapper& mapper, const std::shared_ptr<teravox::BrickSource>& source)
+{
+  const int components = source->Info().Components;
+  if (components == 1 || mapper.VectorMode == DISABLED)
+  {
+    this->Scalars = this->ScalarsSource = nullptr;
+    return source;
+  }
+  const int component = mapper.VectorMode == MAGNITUDE
+    ? teravox::ScalarBrickSource::Magnitude
+    : std::min(mapper.VectorComponent, components - 1);
+  if (!this->Scalars || this->ScalarsSource != source || this->ScalarsComponent != component)
+  {
+    this->Scalars = std::make_shared<teravox::ScalarBrickSource>(source, component);
+    this->ScalarsSource = source;
+    this->ScalarsComponent = component;
+  }
+  return this->Scalars;
+}
 
 vtkStandardNewMacro(vtkOutOfCoreVolumeMapper);
 
 vtkOutOfCoreVolumeMapper::vtkOutOfCoreVolumeMapper()
   : Internals(std::make_unique<vtkInternals>())
 {
+  this->Internals->WindowGoes->SetClientData(this);
+  this->Internals->WindowGoes->SetCallback(
+    [](vtkObject* window, unsigned long, void* mapper, void*)
+    {
+      static_cast<vtkOutOfCoreVolumeMapper*>(mapper)->ReleaseGraphicsResources(
+        vtkWindow::SafeDownCast(window));
+    });
   this->NumberOfLoaderThreads =
     static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 8u));
 }
@@ -238,10 +387,25 @@ void vtkOutOfCoreVolumeMapper::PrintSelf(ostream& os, vtkIndent indent)
      << indent << "Marcher: " << this->Marcher << "\n"
      << indent << "ArrivalShuffleSeed: " << this->ArrivalShuffleSeed << "\n"
      << indent << "ConvergeTimeout: " << this->ConvergeTimeout << "\n"
+     << indent << "FailureRetryInterval: " << this->FailureRetryInterval << "\n"
      << indent << "CountSamples: " << this->CountSamples << "\n"
      << indent << "ShowLevels: " << this->ShowLevels << "\n"
      << indent << "ErrorEstimate: " << this->ErrorEstimate << "\n"
+     << indent << "VectorMode: " << this->VectorMode << "\n"
+     << indent << "VectorComponent: " << this->VectorComponent << "\n"
+     << indent << "Block: " << this->Block << "\n"
+     << indent << "BlockExtent:";
+  for (const int end : this->BlockExtent)
+  {
+    os << " " << end;
+  }
+  os << "\n"
+     << indent << "RecordBricks: " << this->RecordBricks << "\n"
      << indent << "WarnOfSampling: " << this->WarnOfSampling << "\n"
+     << indent << "PickPosition: " << this->PickPosition[0] << " " << this->PickPosition[1] << " "
+     << this->PickPosition[2] << "\n"
+     << indent << "PickLevel: " << this->PickLevel << "\n"
+     << indent << "PickValue: " << this->PickValue << "\n"
      << indent << "BrickSource: " << this->Internals->Explicit << "\n"
      << indent << "Converged: " << (this->IsConverged() ? "yes" : "no") << "\n";
 }
@@ -298,23 +462,23 @@ struct Drawn
   std::shared_ptr<teravox::BrickSource> Source;
   Matrix4 DatasetFromVoxel{}; // corner coordinates of level 0
   bool CellData = false;
+  // What the source is a step of.
+  std::shared_ptr<teravox::BrickSeries> Series;
+  int Step = 0;
 };
 
 Drawn PlaceBySource(const std::shared_ptr<teravox::BrickSource>& source)
 {
   const teravox::VolumeInfo& info = source->Info();
-  const Matrix4 place = IndexToDataset(info.Origin, info.Spacing, info.Direction.data());
-  return { source,
-    teravox::MultiplyMatrices(place, ScaleAndShift({ 1, 1, 1 }, { -0.5, -0.5, -0.5 })),
-    info.CellData };
+  return { source, teravox::DatasetFromVoxel(info), info.CellData, nullptr, 0 };
 }
 
 Matrix4 ImageToDataset(vtkImageData* image)
 {
   const double* origin = image->GetOrigin();
   const double* spacing = image->GetSpacing();
-  return IndexToDataset({ origin[0], origin[1], origin[2] }, { spacing[0], spacing[1], spacing[2] },
-    image->GetDirectionMatrix()->GetData());
+  return teravox::IndexToDataset({ origin[0], origin[1], origin[2] },
+    { spacing[0], spacing[1], spacing[2] }, image->GetDirectionMatrix()->GetData());
 }
 
 // The image shows one level, or a part of it; its index space is that level's.
@@ -336,12 +500,13 @@ Drawn PlaceByImage(vtkImageData* image, vtkBrickSource* holder)
     scale[a] = 1.0 / static_cast<double>(factor[a]);
     shift[a] = extent[2 * a] - static_cast<double>(first[a]) - half;
   }
-  return { source, teravox::MultiplyMatrices(ImageToDataset(image), ScaleAndShift(scale, shift)),
-    info.CellData };
+  return { source,
+    teravox::MultiplyMatrices(ImageToDataset(image), teravox::ScaleAndShift(scale, shift)),
+    info.CellData, nullptr, 0 };
 }
 } // namespace
 
-// Finds what is to be drawn; an empty source and a message if there is nothing.
+// Finds what is to be drawn; an empty source if there is nothing, and why where that is known.
 static Drawn FindDrawn(vtkBrickSource* explicitSource, vtkImageData* image, vtkDataArray* scalars,
   int cellFlag, const std::function<std::shared_ptr<teravox::BrickSource>(std::string&)>& ofArray,
   std::string& error)
@@ -353,18 +518,22 @@ static Drawn FindDrawn(vtkBrickSource* explicitSource, vtkImageData* image, vtkD
       error = "The vtkBrickSource given to the mapper holds no source.";
       return {};
     }
-    return PlaceBySource(explicitSource->GetBrickSource());
+    Drawn drawn = PlaceBySource(explicitSource->GetBrickSource());
+    drawn.Series = explicitSource->GetBrickSeries();
+    drawn.Step = explicitSource->GetStep();
+    return drawn;
   }
   if (!image || !scalars)
   {
-    error = image ? "The input has no scalars that the mapper is told to draw."
-                  : "There is no image to draw.";
     return {};
   }
   vtkBrickSource* holder = vtkBrickSource::Get(scalars);
   if (holder && holder->GetBrickSource())
   {
-    return PlaceByImage(image, holder);
+    Drawn drawn = PlaceByImage(image, holder);
+    drawn.Series = holder->GetBrickSeries();
+    drawn.Step = holder->GetStep();
+    return drawn;
   }
   Drawn drawn;
   drawn.Source = ofArray(error);
@@ -372,7 +541,7 @@ static Drawn FindDrawn(vtkBrickSource* explicitSource, vtkImageData* image, vtkD
   const int* extent = image->GetExtent();
   const double half = drawn.CellData ? 0.0 : 0.5;
   drawn.DatasetFromVoxel = teravox::MultiplyMatrices(ImageToDataset(image),
-    ScaleAndShift({ 1, 1, 1 }, { extent[0] - half, extent[2] - half, extent[4] - half }));
+    teravox::ScaleAndShift({ 1, 1, 1 }, { extent[0] - half, extent[2] - half, extent[4] - half }));
   return drawn;
 }
 
@@ -410,26 +579,10 @@ double* vtkOutOfCoreVolumeMapper::GetBounds()
   }
   const Int3& n = drawn.Source->Info().Layout.Dimensions(0);
   const double inset = drawn.CellData ? 0.0 : 0.5;
-  for (std::size_t a = 0; a < 3; ++a)
-  {
-    this->Bounds[2 * a] = VTK_DOUBLE_MAX;
-    this->Bounds[2 * a + 1] = VTK_DOUBLE_MIN;
-  }
-  for (int corner = 0; corner < 8; ++corner)
-  {
-    Double3 p{};
-    for (std::size_t a = 0; a < 3; ++a)
-    {
-      p[a] = (corner >> a & 1) != 0 ? static_cast<double>(n[a]) - inset : inset;
-    }
-    for (std::size_t i = 0; i < 3; ++i)
-    {
-      const double* row = &drawn.DatasetFromVoxel[4 * i];
-      const double v = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
-      this->Bounds[2 * i] = corner == 0 ? v : std::min(this->Bounds[2 * i], v);
-      this->Bounds[2 * i + 1] = corner == 0 ? v : std::max(this->Bounds[2 * i + 1], v);
-    }
-  }
+  teravox::BoundsOf(drawn.DatasetFromVoxel, { inset, inset, inset },
+    { static_cast<double>(n[0]) - inset, static_cast<double>(n[1]) - inset,
+      static_cast<double>(n[2]) - inset },
+    this->Bounds);
   return this->Bounds;
 }
 
@@ -457,13 +610,24 @@ void vtkOutOfCoreVolumeMapper::GetReductionRatio(double ratio[3])
 void vtkOutOfCoreVolumeMapper::ReleaseGraphicsResources(vtkWindow* window)
 {
   vtkInternals& in = *this->Internals;
-  auto* gl = vtkRenderWindow::SafeDownCast(window);
-  if (gl && gl == in.Window)
+  if (!window || window != in.Window)
   {
-    gl->MakeCurrent();
-    in.Engine.ReleaseGraphics();
-    in.Window = nullptr;
+    return;
   }
+  in.Window->MakeCurrent();
+  if (in.Window->GetContextCreationTime() == in.ContextTime && in.Window->IsCurrent())
+  {
+    in.Engine.ReleaseGraphics();
+  }
+  else
+  {
+    in.Engine.AbandonGraphics();
+  }
+  in.Window->RemoveObserver(in.WindowTag);
+  in.Window = nullptr;
+  in.LastView = nullptr;
+  in.LastRenderer = nullptr;
+  in.Shown_.clear();
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetEffectiveGPUMemoryBudget()
@@ -492,16 +656,13 @@ vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetEffectiveGPUMemoryBudget()
   while (glGetError() != GL_NO_ERROR)
   {
   }
-  if (vtkOpenGLRenderWindow::SafeDownCast(this->Internals->Window) != nullptr)
+  glGetIntegerv(DedicatedVideoMemory, kibibytes);
+  if (glGetError() != GL_NO_ERROR || kibibytes[0] <= 0)
   {
-    glGetIntegerv(DedicatedVideoMemory, kibibytes);
-    if (glGetError() != GL_NO_ERROR || kibibytes[0] <= 0)
+    glGetIntegerv(TextureFreeMemory, kibibytes);
+    if (glGetError() != GL_NO_ERROR)
     {
-      glGetIntegerv(TextureFreeMemory, kibibytes);
-      if (glGetError() != GL_NO_ERROR)
-      {
-        kibibytes[0] = 0;
-      }
+      kibibytes[0] = 0;
     }
   }
   return kibibytes[0] > 0 ? static_cast<vtkTypeUInt64>(kibibytes[0]) * 1024 / 4 * 3 : unknown;
@@ -514,8 +675,35 @@ vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetEffectiveHostMemoryBudget()
 
 namespace
 {
+// The sample distance of the picture, adjusted to it in powers of the square root of two.
+int LatticeStagesOf(vtkOutOfCoreVolumeMapper* m)
+{
+  if (!m->GetAutoAdjustSampleDistances())
+  {
+    return 0;
+  }
+  const double most = std::max(static_cast<double>(m->GetMaximumImageSampleDistance()), 1.0);
+  return static_cast<int>(
+    std::min(2 * std::log2(most), static_cast<double>(teravox::MostLatticeStages)));
+}
+
+// A label mask is one only together with labels of the property, of which there is a warning.
+bool HasBinaryMask(vtkOutOfCoreVolumeMapper* m)
+{
+  return m->GetMaskInput() != nullptr &&
+    m->GetMaskType() == vtkGPUVolumeRayCastMapper::BinaryMaskType;
+}
+
+// Whether the mask decides what is drawn.
+bool IsMasked(vtkOutOfCoreVolumeMapper* m, int components)
+{
+  return HasBinaryMask(m) && components == 1 &&
+    m->GetBlendMode() == vtkVolumeMapper::COMPOSITE_BLEND;
+}
+
 // Properties of VTK that this mapper doesn't do; each warns once, by name.
-std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p)
+std::vector<std::string> FindUnsupported(
+  vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p, vtkVolume* v, int components)
 {
   std::vector<std::string> names;
   const auto check = [&names](bool differs, const char* name)
@@ -529,41 +717,46 @@ std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeP
   check(m->GetBlendMode() < vtkVolumeMapper::COMPOSITE_BLEND ||
       m->GetBlendMode() > vtkVolumeMapper::SLICE_BLEND,
     "BlendMode");
-  check(m->GetMaskInput() != nullptr, "MaskInput");
-  check(m->GetMaskType() != vtkGPUVolumeRayCastMapper::LabelMapMaskType, "MaskType");
+  const bool masked = HasBinaryMask(m);
+  check(masked && components > 1, "MaskInput with components");
+  check(
+    masked && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND, "MaskInput with BlendMode");
+  check(IsMasked(m, components) && m->GetImageErrorTolerance() <= 0,
+    "ImageErrorTolerance of 0 with MaskInput");
   check(m->GetMaskBlendFactor() != 1.0f, "MaskBlendFactor");
   check(m->GetUseJittering() != 0, "UseJittering");
   check(m->GetUseDepthPass() != 0, "UseDepthPass");
-  check(m->GetRenderToImage() != 0, "RenderToImage");
-  check(m->GetClampDepthToBackface() != 0, "ClampDepthToBackface");
-  check(m->GetDepthImageScalarType() != VTK_FLOAT, "DepthImageScalarType");
-  check(m->GetFinalColorWindow() != 1.0f, "FinalColorWindow");
-  check(m->GetFinalColorLevel() != 0.5f, "FinalColorLevel");
+  check(m->GetFinalColorWindow() == 0, "FinalColorWindow of 0");
   if (m->GetWarnOfSampling())
   {
     check(m->GetImageSampleDistance() != 1.0f, "ImageSampleDistance");
     check(m->GetMinimumImageSampleDistance() != 1.0f, "MinimumImageSampleDistance");
-    check(m->GetMaximumImageSampleDistance() != 10.0f, "MaximumImageSampleDistance");
-    check(m->GetAutoAdjustSampleDistances() != 1, "AutoAdjustSampleDistances");
     check(m->GetLockSampleDistanceToInputSpacing() != 0, "LockSampleDistanceToInputSpacing");
     check(m->GetSampleDistance() != 1.0f && m->GetImageErrorTolerance() > 0, "SampleDistance");
   }
   check(m->GetReportProgress() != true, "ReportProgress");
-  check(m->GetColorRangeType() != vtkGPUVolumeRayCastMapper::SCALAR, "ColorRangeType");
-  check(
-    m->GetScalarOpacityRangeType() != vtkGPUVolumeRayCastMapper::SCALAR, "ScalarOpacityRangeType");
-  check(m->GetGradientOpacityRangeType() != vtkGPUVolumeRayCastMapper::SCALAR,
-    "GradientOpacityRangeType");
   check(m->GetTransfer2DYAxisArray() != nullptr, "Transfer2DYAxisArray");
-  check(p->HasGradientOpacity(), "GradientOpacity");
+  bool hasGradientOpacity = false;
+  for (int c = 0; c < std::min(components, VTK_MAX_VRCOMP); ++c)
+  {
+    hasGradientOpacity = hasGradientOpacity || HasGradientOpacity(p, c);
+  }
+  check(hasGradientOpacity && components > 1, "GradientOpacity with components");
+  check(hasGradientOpacity && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND,
+    "GradientOpacity in this BlendMode");
+  check(hasGradientOpacity && IsMasked(m, components), "GradientOpacity with MaskInput");
   check(p->GetTransferFunctionMode() != vtkVolumeProperty::TF_1D, "TransferFunctionMode");
-  check(p->GetIndependentComponents() != 1, "IndependentComponents");
-  check(p->GetComponentWeight(0) != 1.0, "ComponentWeight");
+  check(components == 3 && p->GetIndependentComponents() == 0,
+    "IndependentComponents off with 3 components");
+  check(components > 1 && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND,
+    "BlendMode with components");
   check(p->GetUseClippedVoxelIntensity() != 0, "UseClippedVoxelIntensity");
   check(p->GetNumberOfLabels() > 0, "LabelColor, LabelScalarOpacity, LabelGradientOpacity");
+  check(teravox::HasShaderReplacements(v), "ShaderProperty");
   check(m->GetBlendMode() == vtkVolumeMapper::ISOSURFACE_BLEND &&
       p->GetIsoSurfaceValues()->GetNumberOfContours() > static_cast<int>(teravox::MaximumIsoValues),
     "IsoSurfaceValues beyond the first 256 visible ones");
+  teravox::CheckNewerSettings(m, p, check);
   return names;
 }
 
@@ -608,6 +801,24 @@ teravox::Projection MakeProjection(vtkOutOfCoreVolumeMapper* m, vtkVolumePropert
   return projection;
 }
 
+// Where the picture goes, and what is made of its colours on the way.
+void SetOutput(vtkOutOfCoreVolumeMapper* m, teravox::FrameRequest& request)
+{
+  const float window = m->GetFinalColorWindow();
+  if (window != 0)
+  {
+    request.Final.Scale = 1 / window;
+    request.Final.Bias = 0.5f - m->GetFinalColorLevel() / window;
+  }
+  if (m->GetRenderToImage())
+  {
+    request.Show = false;
+    request.HitOpacity = 0; // where anything is seen at all
+    request.CountSamples = false;
+    request.ErrorEstimate = false;
+  }
+}
+
 void SetCuts(vtkOutOfCoreVolumeMapper* mapper, teravox::ViewInput& view)
 {
   if (vtkPlaneCollection* planes = mapper->GetClippingPlanes())
@@ -624,6 +835,16 @@ void SetCuts(vtkOutOfCoreVolumeMapper* mapper, teravox::ViewInput& view)
   view.Crop.On = mapper->GetCropping() != 0;
   view.Crop.Flags = static_cast<std::uint32_t>(mapper->GetCroppingRegionFlags());
   std::copy_n(mapper->GetCroppingRegionPlanes(), 6, view.Crop.Planes.begin());
+  if (mapper->GetBlock())
+  {
+    const int* extent = mapper->GetBlockExtent();
+    view.Block.emplace();
+    for (std::size_t a = 0; a < 3; ++a)
+    {
+      view.Block->Low[a] = extent[2 * a];
+      view.Block->High[a] = std::int64_t{ extent[2 * a + 1] } + 1;
+    }
+  }
 }
 
 teravox::LightInput ToLight(vtkLight* light)
@@ -725,9 +946,10 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     vtkErrorMacro("The renderer has no OpenGL render window.");
     return;
   }
-  if (ren->GetSelector() != nullptr)
+  vtkHardwareSelector* selector = ren->GetSelector();
+  if (selector && selector->GetCurrentPass() != vtkHardwareSelector::ACTOR_PASS)
   {
-    return; // picking passes draw props they can select; a volume's state stays untouched
+    return; // a volume has a prop's id only
   }
   const auto fail = [&](const std::string& message)
   {
@@ -739,7 +961,10 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     }
   };
   const double began = Now();
-  this->InvokeEvent(vtkCommand::VolumeMapperRenderStartEvent, nullptr);
+  if (!selector)
+  {
+    this->InvokeEvent(vtkCommand::VolumeMapperRenderStartEvent, nullptr);
+  }
 
   vtkImageData* image = nullptr;
   vtkDataArray* scalars = nullptr;
@@ -753,77 +978,31 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
                     : nullptr;
     this->CellFlag = cellFlag;
   }
-  const auto ofArray = [&](std::string& error) -> std::shared_ptr<teravox::BrickSource>
+  const auto ofArray = [&](std::string& error)
   {
-    int dims[3];
-    image->GetDimensions(dims);
-    const int* extent = image->GetExtent();
-    Int3 size{};
-    for (std::size_t a = 0; a < 3; ++a)
+    std::string note;
+    auto found = in.Arrays.Find(image, scalars, cellFlag != 0, this->BrickSize, error, note);
+    if (!note.empty())
     {
-      size[a] = cellFlag != 0 ? std::max(dims[a] - 1, 1) : dims[a];
+      vtkWarningMacro(<< note);
     }
-    const Int3 start{ extent[0], extent[2], extent[4] };
-    const vtkMTimeType time = scalars->GetMTime();
-    if (in.OfArray && in.Array == scalars && in.ArrayTime == time &&
-      in.ArrayBrickSize == this->BrickSize && in.ArrayDimensions == size &&
-      in.ArrayIsCellData == (cellFlag != 0))
-    {
-      return in.OfArray;
-    }
-    in.OfArray = nullptr;
-    const auto type = teravox::FromVTK(scalars->GetDataType());
-    if (!type)
-    {
-      error = std::string("Scalars of type ") + scalars->GetDataTypeAsString() +
-        " can't be drawn; signed and unsigned integers of 8, 16 and 32 bits, float and double can.";
-      return nullptr;
-    }
-    if (scalars->GetNumberOfTuples() != size[0] * size[1] * size[2] ||
-      !scalars->HasStandardMemoryLayout())
-    {
-      error = "The scalars don't have one value per voxel in VTK's standard memory layout.";
-      return nullptr;
-    }
-    teravox::ArrayDescription description;
-    description.Data = scalars->GetVoidPointer(0);
-    vtkSmartPointer<vtkDataArray> keep = scalars;
-    description.Owner = std::shared_ptr<const void>(description.Data, [keep](const void*) {});
-    description.Type = *type;
-    description.Components = scalars->GetNumberOfComponents();
-    description.Dimensions = size;
-    description.BrickSize = this->BrickSize;
-    description.CellData = cellFlag != 0;
-    double range[2];
-    scalars->GetRange(range, 0); // with infinities: the function is sampled for all values
-    description.Range = { range[0], range[1] };
-    const double* spacing = image->GetSpacing();
-    description.Spacing = { spacing[0], spacing[1], spacing[2] };
-    description.ExtentStart = start;
-    description.ArrayName = scalars->GetName() ? scalars->GetName() : "scalars";
-    auto made = teravox::ArrayBrickSource::Make(description);
-    if (!made)
-    {
-      error = made.GetStatus().Message();
-      return nullptr;
-    }
-    in.OfArray = made.Value();
-    in.Array = scalars;
-    in.ArrayTime = time;
-    in.ArrayBrickSize = this->BrickSize;
-    in.ArrayDimensions = size;
-    in.ArrayIsCellData = cellFlag != 0;
-    return in.OfArray;
+    return found;
   };
   std::string error;
   const Drawn drawn = FindDrawn(in.Explicit, image, scalars, cellFlag, ofArray, error);
   if (!drawn.Source)
   {
-    fail(error);
+    fail(!error.empty() ? error
+                        : teravox::WhyNoArray(this->GetInputDataObject(0, 0),
+                            { this->ScalarMode, this->ArrayAccessMode, this->ArrayId,
+                              this->ArrayName ? this->ArrayName : "" }));
     return;
   }
   vtkVolumeProperty* property = vol->GetProperty();
-  for (const std::string& name : FindUnsupported(this, property))
+  // What is drawn: the source, or one scalar of it; or the part of that in the mask.
+  std::shared_ptr<teravox::BrickSource> source = in.ScalarsOf(*this, drawn.Source);
+  const int components = source->Info().Components;
+  for (const std::string& name : FindUnsupported(this, property, vol, components))
   {
     if (in.Warned.insert(name).second)
     {
@@ -831,35 +1010,52 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     }
   }
 
-  // Where and how large.
-  int viewportSize[2];
-  int viewportOrigin[2];
-  ren->GetTiledSizeAndOrigin(
-    &viewportSize[0], &viewportSize[1], &viewportOrigin[0], &viewportOrigin[1]);
-  if (viewportSize[0] <= 0 || viewportSize[1] <= 0)
+  const bool masked = IsMasked(this, components);
+  if (masked)
   {
-    return;
+    source = in.Mask.Find(source, this->MaskInput, error);
+    if (!source)
+    {
+      fail("MaskInput: " + error);
+      return;
+    }
   }
+
+  // Where and how large.
   window->MakeCurrent();
-  if (in.Window && in.Window != window)
+  if (in.Window && (in.Window != window || in.ContextTime != window->GetContextCreationTime()))
   {
     this->ReleaseGraphicsResources(in.Window);
     window->MakeCurrent();
   }
-  in.Window = window;
+  if (!in.Window)
+  {
+    in.Window = window;
+    in.WindowTag = window->AddObserver(vtkCommand::DeleteEvent, in.WindowGoes);
+    in.ContextTime = window->GetContextCreationTime();
+  }
+  in.KeepRenderers(window, ren);
+  // The viewport that other props are drawn into: render passes may choose another one than the
+  // renderer's, in a frame buffer of their own.
+  GLint viewport[4] = { 0, 0, 0, 0 };
+  glGetIntegerv(GL_VIEWPORT, viewport);
+  if (viewport[2] <= 0 || viewport[3] <= 0)
+  {
+    return;
+  }
 
-  teravox::FrameRequest request;
-  request.View = ren;
-  request.X = viewportOrigin[0];
-  request.Y = viewportOrigin[1];
-  request.Camera.Width = viewportSize[0];
-  request.Camera.Height = viewportSize[1];
   vtkCamera* camera = ren->GetActiveCamera();
-  request.Camera.ViewFromWorld = ToMatrix(camera->GetModelViewTransformMatrix());
+  teravox::FrameRequest request;
+  request.View = in.ViewOf(ren, window->GetStereoRender() != 0 && camera->GetLeftEye() == 0);
+  request.X = viewport[0];
+  request.Y = viewport[1];
+  request.Camera.Width = viewport[2];
+  request.Camera.Height = viewport[3];
+  request.Camera.ViewFromWorld = teravox::ToMatrix(camera->GetModelViewTransformMatrix());
   request.Camera.ClipFromView =
-    ToMatrix(camera->GetProjectionTransformMatrix(ren->GetTiledAspectRatio(), -1, 1));
+    teravox::ToMatrix(camera->GetProjectionTransformMatrix(ren->GetTiledAspectRatio(), -1, 1));
   request.Camera.DatasetFromVoxel = drawn.DatasetFromVoxel;
-  request.Camera.WorldFromDataset = ToMatrix(vol->GetMatrix());
+  request.Camera.WorldFromDataset = teravox::ToMatrix(vol->GetMatrix());
   request.Camera.LevelBias = this->LevelOfDetailBias;
   request.Camera.MinimumLevel = this->MinimumLevel;
   request.Camera.MaximumLevel = this->MaximumLevel;
@@ -867,15 +1063,20 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   SetCuts(this, request.Camera);
   request.Nearest = property->GetInterpolationType() == VTK_NEAREST_INTERPOLATION;
   SetMaterial(ren, property, request);
-  request.Tolerance = this->ImageErrorTolerance;
+  // Steps of a given length don't end where a mask does.
+  request.Tolerance = masked && this->ImageErrorTolerance <= 0 ? teravox::FrameRequest().Tolerance
+                                                               : this->ImageErrorTolerance;
   request.SampleDistance = static_cast<double>(this->SampleDistance);
+  request.LatticeStages = LatticeStagesOf(this);
   request.EmptySpaceSkipping = this->EmptySpaceSkipping != 0;
   request.ReusePicture = this->PictureReuse != 0;
   request.UseDepth = MayMeetGeometry(ren, vol);
   request.CountSamples = this->CountSamples != 0;
   request.ShowLevel = this->ShowLevels != 0;
   request.ErrorEstimate = this->ErrorEstimate != 0;
-  if (!request.ShowLevel)
+  request.RecordBricks = this->RecordBricks != 0;
+  SetOutput(this, request);
+  if (!request.ShowLevel && components == 1)
   {
     request.Blend = MakeProjection(this, property);
   }
@@ -905,6 +1106,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     : this->FrameTimeBudget == 0;
   request.TimeBudget = automatic ? vol->GetAllocatedRenderTime() : this->FrameTimeBudget;
   request.Timeout = this->ConvergeTimeout;
+  request.RetryAfter = this->FailureRetryInterval;
   request.Abort = [window]() { return window->CheckAbortStatus() != 0; };
 
   // A wall of a hundredth of the shortest voxel edge is opaque.
@@ -923,7 +1125,8 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   }
   request.ShortestLength = 0.01 * shortest;
 
-  in.Engine.SetSource(drawn.Source);
+  // Read ahead is whole bricks, not one scalar of them.
+  in.Engine.SetSource(source, source == drawn.Source ? drawn.Series : nullptr, drawn.Step);
   if (in.Timed != drawn.Source)
   {
     in.Timed = drawn.Source;
@@ -947,23 +1150,50 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   in.Engine.SetSettings(settings);
   const vtkMTimeType functionTime =
     std::max({ property->GetMTime(), property->GetScalarOpacity()->GetMTime() });
+  const RangeChoice range{ source->Info().Range, this->ColorRangeType == NATIVE,
+    this->ScalarOpacityRangeType == NATIVE, this->GradientOpacityRangeType == NATIVE };
   // How the function is sampled depends on the values of the source and on the size of its voxels.
   if (in.FunctionOf != property || in.FunctionTime != functionTime || in.FunctionVersion == 0 ||
-    in.FunctionFor != drawn.Source || in.FunctionLength != request.ShortestLength)
+    in.FunctionFor != source || !(in.FunctionRange == range) ||
+    in.FunctionLength != request.ShortestLength)
   {
     in.FunctionOf = property;
     in.FunctionTime = functionTime;
-    in.FunctionFor = drawn.Source;
+    in.FunctionFor = source;
+    in.FunctionRange = range;
     in.FunctionLength = request.ShortestLength;
-    in.Engine.SetTransferFunction(MakeTransferFunction(property), ++in.FunctionVersion);
+    ++in.FunctionVersion;
+    if (components > 1)
+    {
+      in.Engine.SetComponentFunctions(
+        MakeComponentFunctions(property, components, range), in.FunctionVersion);
+    }
+    else
+    {
+      in.Engine.SetTransferFunction(MakeTransferFunction(property, 0, range), in.FunctionVersion);
+    }
   }
 
   window->GetShaderCache()->ReleaseCurrentShader();
   GLint framebuffer = 0;
   glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &framebuffer);
   request.Framebuffer = static_cast<GLuint>(framebuffer);
+  if (selector)
+  {
+    std::array<float, 3> color{};
+    selector->BeginRenderProp();
+    selector->GetPropColorValue(color.data());
+    request.Final.PropColor = color;
+    request.Show = true;
+  }
   const teravox::Status status = in.Engine.Render(request);
-  in.LastView = ren;
+  if (selector)
+  {
+    selector->EndRenderProp();
+  }
+  in.LastView = request.View;
+  in.LastRenderer = ren;
+  in.Shown_[ren] = { request, in.FunctionVersion, drawn.Source };
   for (const teravox::LoadResult& failure : in.Engine.TakeFailures())
   {
     const std::string text =
@@ -972,8 +1202,10 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     {
       vtkErrorMacro(<< "A brick can't be read and is drawn from a coarser level. " << text);
     }
-    in.ReportedFailures.insert(text);
-    this->InvokeEvent(BrickFailedEvent, const_cast<char*>(text.c_str()));
+    if (in.ReportedFailures.insert(text).second)
+    {
+      this->InvokeEvent(BrickFailedEvent, const_cast<char*>(text.c_str()));
+    }
   }
   if (!status)
   {
@@ -981,6 +1213,10 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     return;
   }
   in.LastError.clear();
+  if (selector)
+  {
+    return;
+  }
   const teravox::FrameStatistics& frame = in.Engine.LastFrame();
   if (frame.TimedOut)
   {
@@ -993,6 +1229,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   }
   if (frame.Converged)
   {
+    in.ReportedFailures.clear();
     if (in.ConvergedAfter == 0)
     {
       in.ConvergedAfter = Now() - in.SourceTime;
@@ -1035,11 +1272,28 @@ bool vtkOutOfCoreVolumeMapper::Converge(vtkRenderWindow* window, double timeout)
   return this->IsConverged();
 }
 
+bool vtkOutOfCoreVolumeMapper::WaitForReadAhead(double timeout)
+{
+  return this->Internals->Engine.WaitForReadAhead(timeout);
+}
+
+vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfBricksReadAhead()
+{
+  return this->Internals->Engine.BricksReadAhead();
+}
+
 void vtkOutOfCoreVolumeMapper::RetryFailedBricks()
 {
   this->Internals->Engine.RetryFailed();
   this->Internals->ReportedFailures.clear();
   this->Modified();
+}
+
+vtkIdType vtkOutOfCoreVolumeMapper::AddBrickWeights(vtkBlockSplit* split, vtkDoubleArray* weights)
+{
+  const auto& met = this->Internals->Engine.BricksMet();
+  split->AddWeights({ met.begin(), met.end() }, weights);
+  return static_cast<vtkIdType>(met.size());
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetBytesRead()
@@ -1138,6 +1392,11 @@ double vtkOutOfCoreVolumeMapper::GetTimeToConverged()
   return this->Internals->ConvergedAfter;
 }
 
+double vtkOutOfCoreVolumeMapper::GetFrameErrorTolerance()
+{
+  return this->Internals->Engine.LastFrame().Tolerance;
+}
+
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfSamples()
 {
   return this->Internals->Engine.LastFrame().Samples;
@@ -1214,6 +1473,73 @@ bool vtkOutOfCoreVolumeMapper::GetErrorEstimateImage(vtkImageData* image)
   int height = 0;
   const std::vector<float> errors = in.Engine.ReadErrors(in.LastView, width, height);
   return SetPixels(image, errors, width, height);
+}
+
+bool vtkOutOfCoreVolumeMapper::Pick(
+  vtkRenderer* renderer, double displayX, double displayY, double opacity)
+{
+  vtkInternals& in = *this->Internals;
+  const auto shown = in.Shown_.find(renderer);
+  if (!in.Window || shown == in.Shown_.end() ||
+    shown->second.FunctionVersion != in.FunctionVersion || shown->second.Source != in.Timed)
+  {
+    vtkWarningMacro("There is nothing to pick: this mapper has to have drawn in the renderer.");
+    return false;
+  }
+  const teravox::FrameRequest& request = shown->second.Request;
+  const int x = static_cast<int>(std::floor(displayX)) - request.X;
+  const int y = static_cast<int>(std::floor(displayY)) - request.Y;
+  if (x < 0 || y < 0 || x >= request.Camera.Width || y >= request.Camera.Height)
+  {
+    return false;
+  }
+  in.Window->MakeCurrent();
+  in.Window->GetShaderCache()->ReleaseCurrentShader();
+  const auto picked = teravox::PickVolume(
+    in.Engine, request, *shown->second.Source, x, y, std::clamp(opacity, 0.0, 1.0));
+  if (!picked)
+  {
+    vtkErrorMacro(<< picked.GetStatus().Message());
+    return false;
+  }
+  if (!picked.Value())
+  {
+    return false;
+  }
+  const teravox::VolumePick& place = *picked.Value();
+  std::copy_n(place.Position.begin(), 3, this->PickPosition);
+  this->PickLevel = place.Level;
+  this->PickValue = place.Value;
+  return true;
+}
+
+void vtkOutOfCoreVolumeMapper::GetColorImage(vtkImageData* image)
+{
+  vtkInternals& in = *this->Internals;
+  const std::optional<teravox::FirstHits> hits = in.ReadHits();
+  if (!image || !hits)
+  {
+    vtkWarningMacro("There is no colour image: RenderToImage has to be on when a frame is drawn.");
+    return;
+  }
+  int width = 0;
+  int height = 0;
+  const std::vector<float> colors = in.Engine.ReadColors(in.LastView, width, height);
+  const teravox::FrameRequest& request = in.Shown_.at(in.LastRenderer).Request;
+  teravox::FillColorImage(image, colors, *hits, request.Camera, request.Final);
+}
+
+void vtkOutOfCoreVolumeMapper::GetDepthImage(vtkImageData* image)
+{
+  vtkInternals& in = *this->Internals;
+  const std::optional<teravox::FirstHits> hits = in.ReadHits();
+  if (!image || !hits)
+  {
+    vtkWarningMacro("There is no depth image: RenderToImage has to be on when a frame is drawn.");
+    return;
+  }
+  teravox::FillDepthImage(image, *hits, in.Shown_.at(in.LastRenderer).Request.Camera,
+    this->DepthImageScalarType, this->ClampDepthToBackface != 0);
 }
 
 std::string vtkOutOfCoreVolumeMapper::CheckInvariants()

@@ -33,7 +33,18 @@
  *   doesn't weight the colour.)
  * As in VTK, only composite blending and isosurfaces are shaded. Voxels that are NaN have no value.
  *
- * Needs OpenGL 4.3. Scalar volumes, with clipping planes, cropping and lights of all kinds; every
+ * *Components*: 1 to 4. Independent ones (vtkVolumeProperty::IndependentComponents on) have
+ * functions, weights and materials of their own; they share a ray as in VTK 9.1's shader, whose
+ * limit for close samples is the integral of the emission sum w s c with the extinction
+ * sum s^2 / sum w s (w: ComponentWeight, s: extinction, c: colour of a component). Of two dependent
+ * ones the first has the colour and the second the opacity, of four the first three are red, green
+ * and blue (0 to the largest value of an integer type, 0 to 1 of floats) and the fourth has the
+ * opacity, each by the functions of component 0; normals are those of the opacity's component, as
+ * vtkVolumeProperty documents (VTK 9.1's shader takes the first). Several components are drawn by
+ * composite blending only, without interpolated pixels. SetVectorMode() draws one scalar of them,
+ * with any blend mode.
+ *
+ * Needs OpenGL 4.3. With clipping planes, cropping and lights of all kinds; every
  * property of the base class that isn't supported warns once by name when it is set to something
  * else than its default.
  *
@@ -46,7 +57,9 @@
 
 #include <memory> // for std::unique_ptr
 
+class vtkBlockSplit;
 class vtkBrickSource;
+class vtkDoubleArray;
 class vtkImageData;
 class vtkRenderWindow;
 
@@ -104,6 +117,12 @@ public:
    * Bound on the difference between the converged picture and the exact integral, per pixel and
    * channel, in 0...1. Default 1/255. With 0 no error is controlled and SampleDistance (world
    * units) is taken as given.
+   * The native marcher interpolates pixels between rays (composite, linear interpolation, no
+   * cropping) where the picture is smooth and, up to the default, no voxel can hide between them; a
+   * larger tolerance lets rays pass by at (255 tolerance)^(1/4) voxels, two at most. VTK's
+   * properties rule it: MaximumImageSampleDistance (at least 4, its default being 10: one ray for
+   * up to 16 pixels; below the square root of 2: a ray for each) and AutoAdjustSampleDistances
+   * (off: a ray for each).
    */
   vtkSetClampMacro(ImageErrorTolerance, double, 0.0, 1.0);
   vtkGetMacro(ImageErrorTolerance, double);
@@ -204,10 +223,21 @@ public:
   ///@{
   /**
    * Seconds without any progress after which a converging Render() returns an incomplete picture
-   * with a warning. Default 60; 0 waits forever.
+   * with a warning; IsConverged() is false then. Default 60; 0 waits forever. Interactive frames
+   * never wait for a disk: what hasn't come is drawn from what is there, or left out.
    */
   vtkSetClampMacro(ConvergeTimeout, double, 0.0, 1.0e9);
   vtkGetMacro(ConvergeTimeout, double);
+  ///@}
+
+  ///@{
+  /**
+   * Seconds after the last failure at which the next frame asks again for bricks that couldn't be
+   * read, so that pictures become complete when a fault of a disk or network has passed. Default
+   * 10; 0: only RetryFailedBricks() does that. What fails again isn't reported again.
+   */
+  vtkSetClampMacro(FailureRetryInterval, double, 0.0, 1.0e9);
+  vtkGetMacro(FailureRetryInterval, double);
   ///@}
 
   ///@{
@@ -227,6 +257,26 @@ public:
   vtkSetMacro(ShowLevels, vtkTypeBool);
   vtkGetMacro(ShowLevels, vtkTypeBool);
   vtkBooleanMacro(ShowLevels, vtkTypeBool);
+  ///@}
+
+  /** As vtkSmartVolumeMapper::VectorModeType. */
+  enum VectorModeType
+  {
+    DISABLED = -1,
+    MAGNITUDE = 0,
+    COMPONENT = 1
+  };
+  ///@{
+  /**
+   * What is drawn of voxels with several components: all of them (DISABLED, the default), their
+   * magnitude as a vector, or the one that SetVectorComponent() names (0...3, default 0; the last
+   * where there are less). The scalar is made when a brick is read, by the functions of component
+   * 0. Magnitudes aren't rounded to the type of the data (vtkImageMagnitude does that).
+   */
+  vtkSetClampMacro(VectorMode, int, DISABLED, COMPONENT);
+  vtkGetMacro(VectorMode, int);
+  vtkSetClampMacro(VectorComponent, int, 0, 3);
+  vtkGetMacro(VectorComponent, int);
   ///@}
 
   ///@{
@@ -251,7 +301,39 @@ public:
 
   ///@{
   /**
-   * Warn where settings of VTK's sampling (sample distances and their automatic adjustment) differ
+   * Sort-last rendering: draw only a block of the volume. BlockExtent: its voxels of level 0, first
+   * and last along x, y, z, counted from the volume's first voxel whatever index that has in an
+   * image; what is drawn are the cubes around their centres, so that (0,63) and (64,127) touch each
+   * other. An extent without voxels draws nothing, and loads nothing. Rays run on the grid of the
+   * whole volume, neighbours across faces come from the file: accumulators of blocks made by
+   * vtkBlockSplit, blended front to back, are those of the whole volume within the tolerance. So
+   * for the blend modes composite, isosurface and slice; in the others each block is drawn as if
+   * there was nothing else. Bounds stay those of the volume. Pixels aren't interpolated between
+   * rays. Default off, with the extent (0,-1, 0,-1, 0,-1).
+   */
+  vtkSetMacro(Block, vtkTypeBool);
+  vtkGetMacro(Block, vtkTypeBool);
+  vtkBooleanMacro(Block, vtkTypeBool);
+  vtkSetVector6Macro(BlockExtent, int);
+  vtkGetVector6Macro(BlockExtent, int);
+  ///@}
+
+  ///@{
+  /**
+   * Remember which bricks the rays of a frame need, for vtkBlockSplit. Default off.
+   * AddBrickWeights(): adds what they weigh, in bytes of voxels, to one weight per brick of the
+   * split's grid, bricks of coarser levels spread evenly; the array is made as long as the grid
+   * first. Of the last frame that was drawn, not shown again. Returns how many bricks there are.
+   */
+  vtkSetMacro(RecordBricks, vtkTypeBool);
+  vtkGetMacro(RecordBricks, vtkTypeBool);
+  vtkBooleanMacro(RecordBricks, vtkTypeBool);
+  vtkIdType AddBrickWeights(vtkBlockSplit* split, vtkDoubleArray* weights);
+  ///@}
+
+  ///@{
+  /**
+   * Warn where settings of VTK's sampling (sample distances but MaximumImageSampleDistance) differ
    * from their defaults, which ImageErrorTolerance makes pointless. Off where this mapper stands in
    * the place of VTK's: there vtkSmartVolumeMapper sets them, not the user. Default on.
    */
@@ -270,6 +352,16 @@ public:
    * IsConverged().
    */
   bool Converge(vtkRenderWindow* window, double timeout);
+  ///@{
+  /**
+   * Of a volume with time steps, the bricks that the present view needs of the step before and the
+   * one behind are read into main memory once the picture is complete, as far as the host's budget
+   * allows beside those of the present step. WaitForReadAhead() waits until that is done; false
+   * after `timeout` seconds. How many bricks were read ahead since the mapper was made.
+   */
+  bool WaitForReadAhead(double timeout);
+  vtkTypeUInt64 GetNumberOfBricksReadAhead();
+  ///@}
   /** Asks again for all bricks that couldn't be read. */
   void RetryFailedBricks();
 
@@ -301,6 +393,12 @@ public:
   double GetTimeToFirstPicture();
   double GetTimeToConverged();
   /**
+   * The tolerance by which the steps of the last frame were taken: ImageErrorTolerance, or a
+   * multiple of it while frames are kept to FrameTimeBudget. 0: none was controlled, or there is no
+   * frame.
+   */
+  double GetFrameErrorTolerance();
+  /**
    * Of the last frame; they need CountSamplesOn(). Samples are places or cells of the field that
    * were looked at; of the evaluated ones opacity and colour were computed, the contributing ones
    * added something. Gradients: places where they were computed. Visits: bricks that rays went
@@ -325,6 +423,50 @@ public:
 
   /** An empty text, or which invariant of page table and residency is broken. */
   std::string CheckInvariants();
+
+  ///@{
+  /**
+   * What is seen at a display position (pixels, as events of an interactor give them): the place
+   * where the opacity accumulated along the ray of that pixel passes `opacity` (0...1; a ray that
+   * the picture ends early counts as opaque), in the picture that the renderer has shown last.
+   * Loads what the ray needs, whatever the time; changes no picture. Returns whether there is such
+   * a place. False, too, with a warning, if this mapper hasn't drawn in that renderer, or has drawn
+   * other data or functions elsewhere since; and in the blend modes maximum, minimum, average and
+   * additive, where no opacity is accumulated.
+   *
+   * Of the last place found: its world position (initially 0), the level that was drawn there, and
+   * the value of level 0 of the first component there, interpolated as the picture is, whatever
+   * level that shows.
+   */
+  bool Pick(vtkRenderer* renderer, double displayX, double displayY, double opacity = 0.5);
+  vtkGetVector3Macro(PickPosition, double);
+  vtkGetMacro(PickLevel, int);
+  vtkGetMacro(PickValue, double);
+  ///@}
+
+  ///@{
+  /**
+   * Pictures of the last frame that was drawn with RenderToImageOn(), as vtkGPUVolumeRayCastMapper
+   * gives them: of the size of the viewport, one slice; nothing is drawn into the window then, and
+   * opaque geometry that was drawn before hides what lies behind it. Without such a frame they warn
+   * and leave the image as it is.
+   *
+   * Colour: 8-bit RGBA, colours premultiplied with opacity, FinalColorWindow and FinalColorLevel
+   * applied; white of opacity 0 where rays miss the volume's box.
+   *
+   * Depth, as the depth buffer counts it, in 0...1, as float or with SetDepthImageScalarType() as
+   * unsigned integer whose largest value is 1: where the ray's opacity first is larger than 0 (more
+   * than 6e-8, what a float of transmittance resolves), to a ten-thousandth of a brick's length; 1
+   * where nothing is seen, or with ClampDepthToBackfaceOn() where the ray leaves the volume's box
+   * (VTK 9.1 gives where it enters, unlike its documentation). In blend modes that make one value
+   * of the whole ray (maximum, minimum, average, additive) there is no such place, as in VTK.
+   *
+   * Frames with RenderToImageOn() cast a ray for each pixel, count no samples and estimate no
+   * errors.
+   */
+  void GetColorImage(vtkImageData* image) override;
+  void GetDepthImage(vtkImageData* image) override;
+  ///@}
 
   // vtkGPUVolumeRayCastMapper, vtkVolumeMapper, vtkAbstractVolumeMapper
   void Render(vtkRenderer* ren, vtkVolume* vol) override;
@@ -357,10 +499,19 @@ protected:
   int Marcher = MARCHER_AUTOMATIC;
   vtkTypeUInt64 ArrivalShuffleSeed = 0;
   double ConvergeTimeout = 60;
+  double FailureRetryInterval = 10;
   vtkTypeBool CountSamples = 0;
   vtkTypeBool ShowLevels = 0;
   vtkTypeBool ErrorEstimate = 0;
+  int VectorMode = DISABLED;
+  int VectorComponent = 0;
+  vtkTypeBool Block = 0;
+  int BlockExtent[6] = { 0, -1, 0, -1, 0, -1 };
+  vtkTypeBool RecordBricks = 0;
   vtkTypeBool WarnOfSampling = 1;
+  double PickPosition[3] = { 0, 0, 0 };
+  int PickLevel = 0;
+  double PickValue = 0;
 
 private:
   vtkOutOfCoreVolumeMapper(const vtkOutOfCoreVolumeMapper&) = delete;

@@ -4,7 +4,7 @@
 
 #if TERAVOX_INTERACTIVE || TERAVOX_SUBSTITUTE
 // The finest ancestor that can be drawn instead: resident (interactive), or readable (a failed
-// brick: requested and waited for). Returns false if the ray has to wait.
+// brick: requested, and waited for when converging). Returns false if the ray has to wait.
 bool FindAncestor(
   inout Found found, int level, uvec3 brick, float weight, out int drawnLevel, out uvec3 drawnBrick)
 {
@@ -33,7 +33,9 @@ bool FindAncestor(
     else if (failed && at.kind == FOUND_MISSING)
     {
       Request(l, coarse, weight);
+#if !TERAVOX_INTERACTIVE
       wait = true;
+#endif
     }
   }
   if (!wait)

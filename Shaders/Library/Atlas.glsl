@@ -13,6 +13,9 @@ struct BrickView
   ivec3 firstCell;
   float scale; // data value above the transfer function's lower end = scale * texel + offset
   float offset;
+#if TERAVOX_COMPONENTS
+  vec2 parts[TERAVOX_COMPONENTS]; // scale and offset of each component, above its own lower end
+#endif
 };
 
 const float BORDER = 2.0;
@@ -33,9 +36,32 @@ BrickView ViewBrick(Ray ray, int level, uvec3 brick, uint slot)
   view.direction = direction;
   int cells = CellsAlong();
   uvec3 at = uvec3(slot % u_atlas.x, slot / u_atlas.x % u_atlas.y, slot / (u_atlas.x * u_atlas.y));
+#if TERAVOX_COMPONENTS
+  at.z *= uint(TERAVOX_COMPONENTS); // one component behind the other
+#elif TERAVOX_MASK
+  at.z *= 2u; // the mask behind the voxels
+  slot *= 2u;
+#endif
   view.firstVoxel = ivec3(at * u_atlas.w);
   view.firstCell = ivec3(at) * cells;
+#if TERAVOX_COMPONENTS
+  view.scale = 1.0;
+  precise float offset = 0.0; // see PartOf()
+  for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
+  {
 #if TERAVOX_SLOT_TABLE
+    vec4 value = b_slots[slot * uint(TERAVOX_COMPONENTS) + uint(c)];
+    float scale = value.z;
+    vec2 lowest = value.xy;
+#else
+    float scale = u_value.x;
+    vec2 lowest = u_value.yz;
+#endif
+    precise float above =
+      (lowest.x - u_componentTransfer[c].x) + (lowest.y - u_componentTransfer[c].y);
+    view.parts[c] = vec2(scale, above);
+  }
+#elif TERAVOX_SLOT_TABLE
   vec4 entry = b_slots[slot];
   precise float offset = (entry.x - u_transfer.x) + (entry.y - u_transfer.y);
   view.scale = entry.z;
@@ -58,6 +84,15 @@ float Voxel(BrickView view, ivec3 at)
 {
   return texelFetch(u_atlasTexture, view.firstVoxel + at, 0).r;
 }
+
+#if TERAVOX_MASK
+// Whether a voxel is drawn at all: behind the voxels of a slot lies a mask of ones and zeros.
+bool IsInMask(BrickView view, ivec3 at)
+{
+  at.z += int(u_atlas.w);
+  return Voxel(view, at) > 0.0;
+}
+#endif
 
 // Least and largest texel of a cell of CELL_EDGE^3 voxels, filter support included.
 vec2 CellRange(BrickView view, ivec3 at)
@@ -93,6 +128,13 @@ Corners FetchCorners(BrickView view, ivec3 at)
   return Corners(Quad(view, at), Quad(view, at + ivec3(0, 0, 1)));
 }
 
+#if TERAVOX_FLOAT_DATA
+bool HasValues(Corners k)
+{
+  return !isnan(dot(k.near + k.far, vec4(1.0)));
+}
+#endif
+
 // The trilinear field of eight corners along w0 + u * dw (in cell units) is a cubic in u:
 // c.x + c.y u + c.z u^2 + c.w u^3.
 vec4 CubicAlong(Corners k, vec3 w0, vec3 dw)
@@ -122,7 +164,7 @@ float Along(vec4 cubic, float u)
   return v;
 }
 
-#if TERAVOX_SHADE
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
 // Differences over +-1 voxel along each axis as cubics along the same line: the gradient that VTK
 // interpolates.
 struct Gradient
@@ -179,3 +221,4 @@ vec3 CentralDifference(BrickView view, ivec3 at)
   return difference;
 }
 #endif
+#include "Library/ComponentTables.glsl"

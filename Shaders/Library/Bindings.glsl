@@ -18,7 +18,8 @@ layout(std140, binding = 0) uniform View
   uvec4 u_levelBricks[MAXIMUM_LEVELS]; // xyz: bricks along each axis; w: page depth
   vec4 u_levelStart[MAXIMUM_LEVELS];   // x: view depth where the level begins
   uvec4 u_atlas;                       // xyz: slots per axis; w: stored size of a brick
-  vec4 u_value;     // x, y: data value = x * texel + (y + z); z: low part of the offset
+  vec4 u_value;     // x, y: data value = x * texel + (y + z); z: low part of the offset; w:
+                    // transmittance at which a ray has met what is looked for
   vec4 u_transfer;  // x, y: lower end of the domain as a float pair; z: nodes per unit; w: nodes
   vec4 u_step;      // x: fixed step in world units (variant FIXED_STEP); error allowed to a piece:
                     // y: per opacity that it adds, w: to any; z: transmittance at which a ray ends
@@ -38,6 +39,14 @@ layout(std140, binding = 0) uniform View
   vec4 u_isoValues[MAXIMUM_ISO_VALUES / 4u]; // nodes, ascending
   vec4 u_isoColors[MAXIMUM_ISO_VALUES];      // rgb, opacity
   vec4 u_crop[5]; // 0-2, rows: anchored voxels -> axes of the image; lower, upper planes along these
+  // Of voxels with several components. x: number, 0 for one; y: 1 if they depend on each other.
+  uvec4 u_components;
+  vec4 u_componentTransfer[4]; // as u_transfer
+  vec4 u_componentTable[4];    // x: first node; y: first interval; z: weight, 0 without an opacity;
+                               // w: largest light per extinction
+  vec4 u_componentMaterial[4]; // as u_material
+  vec4 u_gradient; // xyz: nodes of the gradient table per central difference along an axis, in data
+                   // per voxel of level 0; w: the last node
 };
 
 layout(binding = 0) uniform sampler3D u_atlasTexture;
@@ -46,6 +55,9 @@ layout(binding = 1) uniform samplerBuffer u_transferTable;   // integral (high, 
 layout(binding = 5) uniform usamplerBuffer u_transferColors; // of each node and the next
 layout(binding = 3) uniform usamplerBuffer
   u_occupied; // first interval from each node on that isn't zero
+#if TERAVOX_GRADIENT_OPACITY
+layout(binding = 9) uniform samplerBuffer u_gradientTable; // see GradientTable
+#endif
 layout(
   binding = 6) uniform usamplerBuffer u_pageTable; // directory, then page blocks: word, low, high
 layout(binding = 2) uniform sampler2D
@@ -59,6 +71,9 @@ layout(binding = 0, rgba32f) uniform writeonly image2D u_colorState;
 layout(binding = 1, rgba32i) uniform writeonly iimage2D u_positionState;
 #if TERAVOX_ESTIMATE
 layout(binding = 2, r32f) uniform image2D u_errorState;
+#endif
+#if TERAVOX_FIRST_HIT
+layout(binding = 3, rg32f) uniform writeonly image2D u_firstHit; // depth, level
 #endif
 
 layout(std430, binding = 1) coherent buffer FeedbackBuffer

@@ -47,8 +47,42 @@ struct VisitedCell
   bool visible;
   vec3 cell;
   float begin;
+#if TERAVOX_COMPONENTS
+  Corners corners[TERAVOX_COMPONENTS];
+#else
   Corners corners;
+#endif
 };
+
+#if TERAVOX_COMPONENTS
+// Fetches the corners of a cell's components, and tells whether one of them may be seen.
+bool FetchComponents(BrickView view, bool skip, inout VisitedCell cell)
+{
+  bool all_ = true;
+  for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
+  {
+    cell.corners[c] = FetchCorners(PartOf(view, c), ivec3(cell.cell));
+#if TERAVOX_FLOAT_DATA && TERAVOX_DEPENDENT
+    all_ = all_ && HasValues(cell.corners[c]);
+#endif
+  }
+  bool seen = false;
+  for (int e = 0; e < EMITTERS; ++e)
+  {
+    int c = FIRST_EMITTER + e;
+    Corners k = cell.corners[c];
+    float least = min(SmallestOf(k.near), SmallestOf(k.far));
+    float largest = max(LargestOf(k.near), LargestOf(k.far));
+    bool visible =
+      !(skip && IsPartEmpty(c, PartNode(view, c, least), PartNode(view, c, largest)));
+#if TERAVOX_FLOAT_DATA
+    visible = visible && HasValues(k);
+#endif
+    seen = seen || visible;
+  }
+  return seen && all_;
+}
+#endif
 
 CellWalk BeginWalk(Ray ray, BrickView view, float t0, float t1)
 {
@@ -75,7 +109,14 @@ VisitedCell NextVisibleCell(inout CellWalk walk, inout State state, BrickView vi
   found.visible = false;
   found.cell = walk.cell;
   found.begin = walk.t;
+#if TERAVOX_COMPONENTS
+  for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
+  {
+    found.corners[c] = Corners(vec4(0.0), vec4(0.0));
+  }
+#else
   found.corners = Corners(vec4(0.0), vec4(0.0));
+#endif
   for (int search = 0; search < 8192; ++search)
   {
     if (walk.t >= walk.end)
@@ -90,13 +131,19 @@ VisitedCell NextVisibleCell(inout CellWalk walk, inout State state, BrickView vi
       }
       found.cell = walk.cell;
       found.begin = walk.t;
+#if !TERAVOX_COMPONENTS
       found.corners = FetchCorners(view, ivec3(found.cell));
+#endif
       precise vec3 exits = (found.cell + walk.forward - walk.first) * walk.inverse;
       float leave = Minimum(exits);
       walk.t = min(max(leave, found.begin), walk.end);
       walk.cell = found.cell + walk.move * vec3(lessThanEqual(exits, vec3(leave)));
+#if TERAVOX_COMPONENTS
+      found.visible = FetchComponents(view, skip, found);
+#else
       float least = min(SmallestOf(found.corners.near), SmallestOf(found.corners.far));
       float largest = max(LargestOf(found.corners.near), LargestOf(found.corners.far));
+#endif
 #if TERAVOX_BLEND
       // Cells without length don't count: leaps pass them by.
       bool none = false;
@@ -109,10 +156,10 @@ VisitedCell NextVisibleCell(inout CellWalk walk, inout State state, BrickView vi
       {
         found.visible = !SkipsRange(none, NodeOf(view, least), NodeOf(view, largest));
       }
-#else
+#elif !TERAVOX_COMPONENTS
       found.visible = !(skip && IsEmptyBetween(NodeOf(view, least), NodeOf(view, largest)));
 #endif
-#if TERAVOX_FLOAT_DATA && !TERAVOX_BLEND
+#if TERAVOX_FLOAT_DATA && !TERAVOX_BLEND && !TERAVOX_COMPONENTS
       // One voxel without a value, and there is none in between.
       found.visible =
         found.visible && !isnan(dot(found.corners.near + found.corners.far, vec4(1.0)));
@@ -136,10 +183,14 @@ VisitedCell NextVisibleCell(inout CellWalk walk, inout State state, BrickView vi
         break;
       }
       vec3 at = clamp(floor((walk.cell - BORDER) * (1.0 / float(CELL_EDGE))), 0.0, lastRange);
+#if TERAVOX_COMPONENTS
+      bool empty = skip && IsCellRangeEmpty(view, ivec3(at));
+#else
       vec2 range = CellRange(view, ivec3(at));
+#endif
 #if TERAVOX_BLEND
       bool empty = false;
-#else
+#elif !TERAVOX_COMPONENTS
       bool empty =
         skip && (range.x > range.y || IsEmptyBetween(NodeOf(view, range.x), NodeOf(view, range.y)));
 #endif

@@ -50,7 +50,8 @@ float Facing(float cosine)
   return u_lightDiffuse.w != 0.0 ? abs(cosine) : max(cosine, 0.0);
 }
 
-Light LightFrom(vec3 normal, RayLight ray, float t)
+// `material`: as material.
+Light LightOn(vec4 material, vec3 normal, RayLight ray, float t)
 {
   Light light;
   light.diffuse = vec3(0.0);
@@ -71,10 +72,10 @@ Light LightFrom(vec3 normal, RayLight ray, float t)
     float size = length(half_);
     float shine = size > 0.0 ? Facing(dot(normal, half_ / size)) : 0.0;
     light.specular +=
-      b_lights[at + 1].rgb * (arriving * (shine > 0.0 ? pow(shine, u_material.w) : 0.0));
+      b_lights[at + 1].rgb * (arriving * (shine > 0.0 ? pow(shine, material.w) : 0.0));
   }
-  light.diffuse *= u_material.y;
-  light.specular = light.specular * u_material.z + u_material.x * b_lights[LIGHTS_BEGIN - 1u].rgb;
+  light.diffuse *= material.y;
+  light.specular = light.specular * material.z + material.x * b_lights[LIGHTS_BEGIN - 1u].rgb;
   return light;
 }
 #endif

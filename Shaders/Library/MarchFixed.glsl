@@ -3,7 +3,9 @@
 // Steps of a given length: samples at its multiples of depth and at brick faces, linear in
 // between. What a user who switches error control off gets, and what the order of convergence is
 // measured with.
-
+#if TERAVOX_COMPONENTS
+#include "Library/ComponentSteps.glsl"
+#else
 Sample SampleAt(BrickView view, float t)
 {
   precise vec3 q = LocalPosition(view, t) - 0.5;
@@ -17,16 +19,16 @@ Sample SampleAt(BrickView view, float t)
   return s;
 }
 
-#if TERAVOX_SHADE
-Light LightAt(State state, BrickView view, int level, float t)
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
+// In data per voxel of level 0.
+vec3 GradientAt(BrickView view, int level, float t)
 {
   precise vec3 q = LocalPosition(view, t) - 0.5;
   vec3 cell = clamp(floor(q), 1.0, float(u_atlas.w) - 3.0);
   precise vec3 w = q - cell;
   Corners corners = FetchCorners(view, ivec3(cell));
   Gradient gradient = GradientAlong(view, ivec3(cell), corners, w, vec3(0.0));
-  return Shade(
-    Along(gradient, 0.0) * (view.scale / vec3(u_levelFactor[level].xyz)), state.light, t);
+  return Along(gradient, 0.0) * (view.scale / vec3(u_levelFactor[level].xyz));
 }
 #endif
 
@@ -48,17 +50,34 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
     next = next > t ? next : (cut + 2.0) * step_;
     next = next > t ? min(next, t1) : t1;
     Sample b = SampleAt(view, next);
-    precise float depth = MeanExtinction(a, b) * ((next - t) * ray.world);
+    precise float mean = MeanExtinction(a, b);
+    float sA = a.s;
+    float sB = b.s;
+#if TERAVOX_GRADIENT_OPACITY
+    if (mean > 0.0)
+    {
+      COUNT(gradients, true);
+      float before = SampleGradient(GradientAt(view, level, t)).opacity;
+      float behind = SampleGradient(GradientAt(view, level, next)).opacity;
+      // What the ends say of both together, and for the rest of the extinction the mean opacity.
+      precise float unseen = mean - 0.5 * (sA + sB);
+      sA *= before;
+      sB *= behind;
+      mean = max(0.5 * (sA + sB) + unseen * (0.5 * (before + behind)), 0.0);
+    }
+#endif
+    precise float depth = mean * ((next - t) * ray.world);
 #if TERAVOX_FLOAT_DATA
     depth = a.s < 0.0 || b.s < 0.0 ? 0.0 : depth;
 #endif
     float opacity = OpacityOf(depth);
-    float gathered = CentroidOf(a.s, b.s, depth);
+    float gathered = CentroidOf(sA, sB, depth);
     vec3 color = mix(TransferColor(a.x), TransferColor(b.x), gathered);
 #if TERAVOX_SHADE
     if (depth > 0.0)
     {
-      color = LitColor(color, LightAt(state, view, level, mix(t, next, gathered)));
+      float at = mix(t, next, gathered);
+      color = LitColor(color, Shade(GradientAt(view, level, at), state.light, at));
       COUNT(gradients, true);
     }
 #endif
@@ -71,3 +90,4 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
     a = b;
   }
 }
+#endif

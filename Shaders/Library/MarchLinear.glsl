@@ -8,8 +8,13 @@
 #include "Library/CellWalk.glsl"
 #if TERAVOX_BLEND
 #include "Library/ProjectCells.glsl"
+#elif TERAVOX_COMPONENTS
+#include "Library/ComponentCells.glsl"
 #else
 #include "Library/Pieces.glsl"
+#if TERAVOX_MASK
+#include "Library/Mask.glsl"
+#endif
 #endif
 
 void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float t0, float t1)
@@ -24,7 +29,11 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
     VisitedCell visited = NextVisibleCell(walk, state, view);
     if (visited.visible)
     {
+#if TERAVOX_MASK
+      IntegrateMasked(state, ray, view, level, walk, visited);
+#else
       IntegrateCell(state, ray, view, level, walk, visited);
+#endif
     }
   }
 }

@@ -3,6 +3,8 @@
 // The field is constant in each voxel: one segment per voxel, cut exactly at voxel faces.
 #if TERAVOX_BLEND
 #include "Library/ProjectVoxels.glsl"
+#elif TERAVOX_COMPONENTS
+#include "Library/ComponentVoxels.glsl"
 #else
 void TakeVoxel(
   inout State state, Ray ray, BrickView view, int level, ivec3 voxel, float t0, float t1)
@@ -13,12 +15,20 @@ void TakeVoxel(
 #if TERAVOX_FLOAT_DATA
   depth = isnan(texel) ? 0.0 : depth;
 #endif
+#if TERAVOX_MASK
+  depth = IsInMask(view, voxel) ? depth : 0.0;
+#endif
   vec3 color = TransferColor(node);
-#if TERAVOX_SHADE
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
   if (depth > 0.0)
   {
     vec3 difference = CentralDifference(view, voxel) / vec3(u_levelFactor[level].xyz);
+#if TERAVOX_GRADIENT_OPACITY
+    depth *= SampleGradient(difference).opacity;
+#endif
+#if TERAVOX_SHADE
     color = LitColor(color, Shade(difference, state.light, mix(t0, t1, 0.5)));
+#endif
     COUNT(gradients, true);
   }
 #endif

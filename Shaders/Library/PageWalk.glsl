@@ -9,11 +9,13 @@ const int FOUND_MISSING = 3; // the brick, or a page block on the way
 const int FOUND_FAILED = 4;  // can't be read
 
 // Whether a region without any value, or with values between two positions in nodes, makes no
-// difference to the ray.
+// difference to the ray. Of several components: with data values between the two.
 bool IsInvisible(bool none, float from, float to)
 {
 #if TERAVOX_BLEND
   return SkipsRange(none, from, to);
+#elif TERAVOX_COMPONENTS
+  return none || AreValuesEmpty(from, to);
 #else
   return none || IsEmptyBetween(from, to);
 #endif

@@ -2,22 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The integral along a ray through one interpolation cell.
 
-const float SMALLEST_PIECE = 1.0 / 512.0; // of a cell
-
-// Where in a piece of an optical depth of OPAQUE_DEPTH and more light is gathered isn't known better
-// than to this share of the piece: the front of the extinction decides.
-const float OPAQUE_PLACE = 0.35;
-const float OPAQUE_DEPTH = 4.0;
-
-// Share of the change of light, and of its deviation from a linear change, that is taken as its
-// error: the light is that of the place where most of it is gathered.
-const float LIGHT_WEIGHT = 0.06;
-const float LIGHT_BEND_WEIGHT = 0.5;
-
-// Of the square of 1 - the cosine between the normals at the ends: between such ends light may do
-// anything.
-const float NORMAL_WEIGHT = 0.3;
-
 // Share of the deviation of colours at the ends from a linear change that is taken as an error: of
 // any, and where one kink explains it (99 of 100 random pieces err less). And of the bend of the
 // field.
@@ -26,34 +10,13 @@ const float SINGLE_KINK_WEIGHT = 0.05;
 const float LEAST_KINK = 1.0e-3;
 const float BEND_WEIGHT = 0.1;
 
-// Where in (0, 1) the cubic turns; 2 for nowhere.
-float TurningPoint(vec4 c)
-{
-  float three = 3.0 * c.w;
-  float end = c.y + 2.0 * c.z + three;
-  float discriminant = c.z * c.z - three * c.y;
-  if ((c.y > 0.0) == (end > 0.0))
-  {
-    // One that turns twice is cut in between, where it is steepest.
-    bool twice =
-      discriminant > 0.0 && c.y * c.w > 0.0 && c.z * c.w < 0.0 && abs(c.z) < abs(three);
-    return twice ? -c.z / three : 2.0;
-  }
-  // The root at which the slope changes its sign as it does from 0 to 1, by the quotient in which
-  // nothing cancels.
-  float root = sqrt(max(discriminant, 0.0));
-  root = c.y > 0.0 ? root : -root;
-  float u = (c.y > 0.0) == (c.z > 0.0) ? (-c.z - root) / three : c.y / (root - c.z);
-  return u > 0.0 && u < 1.0 ? u : 2.0;
-}
-
 // The line of a ray through a cell.
 struct CellLine
 {
   vec3 begin; // in the cell
   vec3 along; // to where it ends
   vec4 cubic; // the field, in nodes of the transfer table
-  float turn; // where that turns
+  vec2 turns; // where that turns
 };
 
 CellLine LineThrough(BrickView view, CellWalk walk, VisitedCell visited)
@@ -64,24 +27,25 @@ CellLine LineThrough(BrickView view, CellWalk walk, VisitedCell visited)
   cubic *= view.scale;
   cubic.x += view.offset;
   cubic *= u_transfer.z;
-  return CellLine(w0, dw, cubic, TurningPoint(cubic));
+  return CellLine(w0, dw, cubic, TurningPoints(cubic));
 }
 
 // The corners reach further than the line: a piece between ends that see nothing adds 0.
 bool IsLineEmpty(CellLine line)
 {
-  vec3 ends = vec3(line.cubic.x, Along(line.cubic, min(line.turn, 1.0)), Along(line.cubic, 1.0));
-  return u_switches.x != 0u && IsEmptyBetween(Minimum(ends), Maximum(ends));
+  vec3 ends = vec3(Along(line.cubic, min(line.turns.x, 1.0)),
+    Along(line.cubic, min(line.turns.y, 1.0)), Along(line.cubic, 1.0));
+  return u_switches.x != 0u && IsEmptyBetween(min(Minimum(ends), line.cubic.x), max(Maximum(ends), line.cubic.x));
 }
 
 void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWalk walk,
   VisitedCell visited, CellLine line)
 {
   vec4 cubic = line.cubic;
-  float turn = line.turn;
+  vec2 turns = line.turns;
   float length_ = (walk.t - visited.begin) * ray.world;
   COUNT(evaluated, true);
-#if TERAVOX_SHADE
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
   COUNT(gradients, true);
   Gradient gradient =
     GradientAlong(view, ivec3(visited.cell), visited.corners, line.begin, line.along);
@@ -97,6 +61,9 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
 #if TERAVOX_SHADE
   vec3 normalA = NormalOf(Along(gradient, 0.0) * perVoxel);
 #endif
+#if TERAVOX_GRADIENT_OPACITY
+  SampledGradient front = SampleGradient(Along(gradient, 0.0) * perVoxel);
+#endif
 #if TERAVOX_COUNT
   float before = state.transmittance;
 #endif
@@ -107,7 +74,8 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
       break;
     }
     float to = min(u + size, 1.0);
-    to = turn > u && turn < to ? turn : to;
+    to = turns.x > u && turns.x < to ? turns.x : to;
+    to = turns.y > u && turns.y < to ? turns.y : to;
     precise float x = Along(cubic, to);
     Sample b = SampleTransfer(x);
     float size_ = to - u;
@@ -122,18 +90,38 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
     float slope = wide ? (b.s - a.s) / dx : 0.5 * (a.slope + b.slope);
     // The mean of the cubic is known: only what the function bends is an error.
     precise float mean = max(chord + slope * excess, 0.0);
+    float uneven = abs(chord - 0.5 * (a.s + b.s));
+    float share = min(1.0, off / max(abs(dx), 1.0e-3));
+    float variation = max(abs(a.slope - slope), abs(b.slope - slope));
+    float change = min(0.67 * variation * off + 4.0 * uneven * share, a.s + b.s + 2.0 * chord);
+    float sA = a.s;
+    float sB = b.s;
+#if TERAVOX_GRADIENT_OPACITY
+    float half_ = 0.5 * (u + to);
+    Sample m = SampleTransfer(Along(cubic, half_));
+    float bendM = cubic.z + 3.0 * cubic.w * half_;
+    float quarter = 0.25 * size_ * size_;
+    float third = 0.75 * cubic.w * size_;
+    SampledGradient middle = SampleGradient(Along(gradient, half_) * perVoxel);
+    SampledGradient back = SampleGradient(Along(gradient, to) * perVoxel);
+    float varied = Attenuate(MeanOfPart(a, m, max(abs(bendA), abs(bendM)) * quarter,
+                (-1.0 / 6.0) * (bendA + third) * quarter),
+      MeanOfPart(m, b, max(abs(bendM), abs(bendB)) * quarter,
+        (-1.0 / 6.0) * (bendM + third) * quarter),
+      vec3(sA, m.s, sB), uneven, front, middle, back, GradientBend(gradient, perVoxel, u, to),
+      mean, change);
+    sA *= front.opacity;
+    sB *= back.opacity;
+    uneven = abs(mean - 0.5 * (sA + sB));
+#endif
     precise float pieceLength = size_ * length_;
     precise float depth = mean * pieceLength;
     float opacity = OpacityOf(depth);
     vec3 slopeB;
     vec3 colorB = TransferColor(x, slopeB);
-    float gathered = CentroidOf(a.s, b.s, depth);
+    float gathered = CentroidOf(sA, sB, depth);
     vec3 color =
       mix(colorA, colorB, clamp(gathered + (wide ? excess / dx : 0.0), 0.0, 1.0));
-    float uneven = abs(chord - 0.5 * (a.s + b.s));
-    float share = min(1.0, off / max(abs(dx), 1.0e-3));
-    float variation = max(abs(a.slope - slope), abs(b.slope - slope));
-    float change = min(0.67 * variation * off + 4.0 * uneven * share, a.s + b.s + 2.0 * chord);
     // Where the slopes at the ends say so, a channel has one kink in between: then the peak of the
     // triangle above the line between the ends is known.
     vec3 before = slopeA * dx - (colorB - colorA);
@@ -146,6 +134,9 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
     // Where in the piece light is gathered is known only as far as the extinction is linear.
     float thick = min(depth * (1.0 / OPAQUE_DEPTH), 1.0);
     float place = OPAQUE_PLACE * thick * thick + 0.25 * uneven / max(mean, 1.0e-30);
+#if TERAVOX_GRADIENT_OPACITY
+    place = max(place, FrontError(depth, varied));
+#endif
 #if TERAVOX_SHADE
     vec3 normalB = NormalOf(Along(gradient, to) * perVoxel);
     vec3 litA = LitColor(colorA, LightFrom(normalA, state.light, visited.begin + u * extent));
@@ -164,8 +155,12 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
 #endif
     shift += kink;
     float gained = state.transmittance * opacity;
-    float error = state.transmittance * min(change * pieceLength, 1.0) * (1.0 - opacity) +
-      gained * min(shift, 1.0);
+#if TERAVOX_GRADIENT_OPACITY
+    float lost = LostOpacity(depth, opacity, change * pieceLength);
+#else
+    float lost = min(change * pieceLength, 1.0) * (1.0 - opacity);
+#endif
+    float error = state.transmittance * lost + gained * min(shift, 1.0);
     state.steps += 1u;
     if (error > u_step.y * gained + u_step.w && to - u > SMALLEST_PIECE)
     {
@@ -183,6 +178,9 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
       slopeA = slopeB;
 #if TERAVOX_SHADE
       normalA = normalB;
+#endif
+#if TERAVOX_GRADIENT_OPACITY
+      front = back;
 #endif
       size *= 2.0;
     }

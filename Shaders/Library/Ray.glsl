@@ -4,6 +4,8 @@
 // the ray and integer indices, never accumulated, so that it makes no difference where a ray was
 // interrupted (contract 1b).
 
+const float LARGEST_INTEGER = 2147483520.0; // of 32 bits that is a float
+
 struct Ray
 {
   vec3 origin;    // anchored corner coordinates of level 0 at depth 0
@@ -111,11 +113,14 @@ uvec3 BrickAt(Ray ray, Level level, float t)
 {
   vec3 p = floor(ray.origin + t * ray.direction);
   ivec3 last = ivec3(level.bricks) - 1;
-  // In 64 bits this would be one addition; here the sum is kept inside the volume on both sides.
+  // In 64 bits this would be one addition; here the sum is kept inside the volume on both sides,
+  // and once more as integers: floats round the ends of a large volume to beyond them.
   vec3 low = -vec3(u_anchor.xyz);
-  vec3 high = vec3(u_dimensions.xyz - 1u - u_anchor.xyz);
-  uvec3 voxel = u_anchor.xyz + uvec3(ivec3(clamp(p, low, high)));
-  ivec3 b = min(ivec3(min(voxel, u_dimensions.xyz - 1u) / level.edge), last);
+  vec3 high = min(vec3(u_dimensions.xyz - 1u - u_anchor.xyz), vec3(LARGEST_INTEGER));
+  ivec3 cell = clamp(ivec3(clamp(p, low, high)), -ivec3(u_anchor.xyz),
+    ivec3(u_dimensions.xyz - 1u - u_anchor.xyz));
+  uvec3 voxel = uvec3(ivec3(u_anchor.xyz) + cell);
+  ivec3 b = min(ivec3(voxel / level.edge), last);
   ivec3 forward = ivec3(ray.positive) * 2 - 1;
   for (int i = 0; i < 4; ++i)
   {

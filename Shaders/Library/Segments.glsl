@@ -72,17 +72,28 @@ float SubstituteError(State before, State after, float length_)
 {
   float darkest = before.transmittance * exp(-u_lightSpecular.w * length_);
   vec3 drawn = after.color - before.color;
-  float light = max(max(drawn.r, max(drawn.g, drawn.b)), before.transmittance - darkest);
+#if TERAVOX_COMPONENTS
+  float brightest = LargestLight();
+#else
+  float brightest = 1.0;
+#endif
+  float light =
+    max(max(drawn.r, max(drawn.g, drawn.b)), brightest * (before.transmittance - darkest));
   return light + max(abs(after.transmittance - darkest),
     abs(after.transmittance - before.transmittance));
 }
 #endif
 
-// One segment of one value.
-void IntegrateConstant(inout State state, Ray ray, float position, float t0, float t1)
+#if !TERAVOX_COMPONENTS
+// One segment of one value, given as a float pair.
+void IntegrateConstant(inout State state, Ray ray, vec2 value, float t0, float t1)
 {
+  float position = TransferPosition(value.x, value.y);
   Sample s = SampleTransfer(position);
   precise float depth = s.s * (max(t1 - t0, 0.0) * ray.world);
+#if TERAVOX_GRADIENT_OPACITY
+  depth *= SampleGradient(vec3(0.0)).opacity;
+#endif
   vec3 color = TransferColor(position);
 #if TERAVOX_SHADE
   color = LitColor(color, Shade(vec3(0.0), state.light, t0));
@@ -93,3 +104,9 @@ void IntegrateConstant(inout State state, Ray ray, float position, float t0, flo
   COUNT(evaluated, true);
   COUNT(contributing, depth > 0.0);
 }
+#endif
+// A file is included once: what several ways through a brick need.
+#include "Library/PieceRules.glsl"
+#include "Library/GradientPieces.glsl"
+#include "Library/ComponentPoints.glsl"
+#include "Library/ComponentPieces.glsl"

@@ -28,23 +28,29 @@ RayLight LightOf(Ray ray, float begin, vec2 pixel)
     vec3(dot(u_dataset[0].xyz, v), dot(u_dataset[1].xyz, v), dot(u_dataset[2].xyz, v))));
 }
 
-Light LightFrom(vec3 normal, RayLight ray, float t)
+// `material`: as u_material.
+Light LightOn(vec4 material, vec3 normal, RayLight ray, float t)
 {
   Light light;
-  light.diffuse = vec3(u_material.x);
+  light.diffuse = vec3(material.x);
   light.specular = vec3(0.0);
   if (normal != vec3(0.0))
   {
     float cosine = dot(normal, ray.towards);
     cosine = u_lightDiffuse.w != 0.0 ? abs(cosine) : max(cosine, 0.0);
-    light.diffuse += u_lightDiffuse.rgb * (u_material.y * cosine);
+    light.diffuse += u_lightDiffuse.rgb * (material.y * cosine);
     light.specular =
-      u_lightSpecular.rgb * (u_material.z * (cosine > 0.0 ? pow(cosine, u_material.w) : 0.0));
+      u_lightSpecular.rgb * (material.z * (cosine > 0.0 ? pow(cosine, material.w) : 0.0));
   }
   return light;
 }
 
 #endif
+
+Light LightFrom(vec3 normal, RayLight ray, float t)
+{
+  return LightOn(u_material, normal, ray, t);
+}
 
 // A unit vector in the space of the lights, or 0 where there is no direction. `gradient`: central
 // difference per axis, in voxels of level 0.

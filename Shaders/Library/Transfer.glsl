@@ -22,14 +22,15 @@ float TransferPosition(float valueHigh, float valueLow)
   return fromLow * u_transfer.z;
 }
 
-// Beyond its first and last node the function is constant.
-Sample SampleTransfer(float position)
+// Beyond its first and last node the function is constant. `nodes`: of the table that begins at
+// `first`.
+Sample SampleTable(int first, float nodes, float position)
 {
   Sample r;
-  float x = clamp(position, 0.0, u_transfer.w - 1.0);
-  int i = min(int(x), int(u_transfer.w) - 2);
+  float x = clamp(position, 0.0, nodes - 1.0);
+  int i = min(int(x), int(nodes) - 2);
   precise float f = x - float(i);
-  vec4 node = texelFetch(u_transferTable, i);
+  vec4 node = texelFetch(u_transferTable, first + i);
   precise float slope = node.w - node.z;
   precise float s = node.z + f * slope;
   precise float low = node.y + (f * (node.z + 0.5 * f * slope) + (position - x) * s);
@@ -41,7 +42,7 @@ Sample SampleTransfer(float position)
   if (floatBitsToInt(node.w) < 0)
   {
     // A jump lies in the interval: each of its sides has the value of its node.
-    float at = uintBitsToFloat(texelFetch(u_transferColors, i).w);
+    float at = uintBitsToFloat(texelFetch(u_transferColors, first + i).w);
     r.s = f <= at ? node.z : -node.w;
     r.slope = 0.0;
     precise float before = min(f, at) * node.z - max(f - at, 0.0) * node.w;
@@ -51,14 +52,19 @@ Sample SampleTransfer(float position)
   return r;
 }
 
-// The colour at a position, and how it changes per node.
-vec3 TransferColor(float position, out vec3 slope)
+Sample SampleTransfer(float position)
 {
-  float x = clamp(position, 0.0, u_transfer.w - 1.0);
-  int i = min(int(x), int(u_transfer.w) - 2);
+  return SampleTable(0, u_transfer.w, position);
+}
+
+// The colour at a position, and how it changes per node.
+vec3 TableColor(int first, float nodes, float position, out vec3 slope)
+{
+  float x = clamp(position, 0.0, nodes - 1.0);
+  int i = min(int(x), int(nodes) - 2);
   precise float f = x - float(i);
   // Red, green, blue of this node and of the next, 16 bits each.
-  uvec4 node = texelFetch(u_transferColors, i);
+  uvec4 node = texelFetch(u_transferColors, first + i);
   vec3 a = vec3(node.xyz & 0xffffu);
   vec3 b = vec3(node.xyz >> 16u);
   slope = (b - a) * (1.0 / 65535.0);
@@ -72,6 +78,11 @@ vec3 TransferColor(float position, out vec3 slope)
   return color;
 }
 
+vec3 TransferColor(float position, out vec3 slope)
+{
+  return TableColor(0, u_transfer.w, position, slope);
+}
+
 vec3 TransferColor(float position)
 {
   vec3 slope;
@@ -79,14 +90,18 @@ vec3 TransferColor(float position)
 }
 
 // True if the table is exactly 0 between two positions (contract 1e). The margin covers the
-// rounding of interpolated values.
-bool IsEmptyBetween(float fromPosition, float toPosition)
+// rounding of interpolated values. `firstInterval`: of the table.
+bool IsTableEmpty(int firstInterval, float nodes, float fromPosition, float toPosition)
 {
   // Interval 0 is what lies before the first node, the last one what lies behind the last node.
-  float last = u_transfer.w;
-  float from = clamp(fromPosition + 0.98, 0.0, last);
-  float to = clamp(toPosition + 1.02, 0.0, last);
-  return float(texelFetch(u_occupied, int(from)).x) > to;
+  float from = clamp(fromPosition + 0.98, 0.0, nodes);
+  float to = clamp(toPosition + 1.02, 0.0, nodes);
+  return float(texelFetch(u_occupied, firstInterval + int(from)).x) > to;
+}
+
+bool IsEmptyBetween(float fromPosition, float toPosition)
+{
+  return IsTableEmpty(0, u_transfer.w, fromPosition, toPosition);
 }
 
 // 1 - exp(-depth), without cancellation.

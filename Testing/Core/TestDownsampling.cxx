@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Downsampling.h"
 
+#include <cstring>
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
@@ -54,6 +55,19 @@ TEST(Downsampling, IntegersRoundToNearestHalvesUpwards)
   }
 }
 
+TEST(Downsampling, AMaskIsWhereAnyOfAGroupIs)
+{
+  const std::vector<float> in{ 0, 0, -1, 0.25f, 0, //
+    0, 0, std::numeric_limits<float>::quiet_NaN(), -5, 7 };
+  EXPECT_EQ(
+    Downsample(in, { 5, 2, 1 }, { 2, 2, 1 }, Downsampling::Any), (std::vector<float>{ 0, 1, 1 }));
+  const std::vector<std::uint8_t> bytes{ 0, 0, 0, 1, 0, 0, 0, 255 };
+  EXPECT_EQ(Downsample(bytes, { 4, 1, 2 }, { 2, 1, 2 }, Downsampling::Any),
+    (std::vector<std::uint8_t>{ 0, 1 }));
+  EXPECT_EQ(Downsample(bytes, { 4, 1, 2 }, { 1, 1, 2 }, Downsampling::Any, 1),
+    (std::vector<std::uint8_t>{ 0, 0, 0, 1 }));
+}
+
 TEST(Downsampling, ExtremesOfAllIntegerTypesAreExact)
 {
   for (const ScalarType type : AllScalarTypes)
@@ -99,6 +113,54 @@ TEST(Downsampling, SumsBeyondDoubleDoNotOverflow)
 {
   const double most = std::numeric_limits<double>::max();
   EXPECT_EQ(Downsample(std::vector<double>{ most, most }, { 2, 1, 1 }, { 2, 1, 1 })[0], most);
+}
+
+// Whole groups of eight have a loop of their own; a box with a partial group beside them hasn't.
+TEST(Downsampling, EightsAreTheSameBitsAsAnyOtherGroup)
+{
+  std::mt19937_64 random(17);
+  for (const ScalarType type : AllScalarTypes)
+  {
+    DispatchScalarType(type,
+      [&](auto tag)
+      {
+        using T = decltype(tag);
+        const Int3 whole{ 38, 6, 4 };
+        const Int3 partial{ 39, 6, 4 };
+        for (int trial = 0; trial < 60; ++trial)
+        {
+          std::vector<T> in(38 * 6 * 4);
+          for (T& v : in)
+          {
+            const auto bits = random();
+            std::memcpy(
+              &v, &bits, sizeof(T)); // of floats: NaN, infinities, huge and tiny ones, too
+            if (std::is_floating_point_v<T> && trial % 3 != 0)
+            {
+              v = trial % 3 == 1 ? static_cast<T>(bits % 1000) / 7 : -T{ 0 };
+              v = trial % 4 == 0 && bits % 50 == 0 ? std::numeric_limits<T>::quiet_NaN() : v;
+              v = trial % 5 == 0 && bits % 40 == 0 ? std::numeric_limits<T>::max() : v;
+            }
+          }
+          std::vector<T> wider;
+          for (std::size_t row = 0; row < 6 * 4; ++row)
+          {
+            wider.insert(wider.end(), in.begin() + static_cast<std::ptrdiff_t>(row * 38),
+              in.begin() + static_cast<std::ptrdiff_t>(row * 38 + 38));
+            wider.push_back(T{ 1 });
+          }
+          const std::vector<T> a = Downsample(in, whole, { 2, 2, 2 });
+          const std::vector<T> b = Downsample(wider, partial, { 2, 2, 2 });
+          for (std::size_t i = 0; i < a.size(); ++i)
+          {
+            const T other = b[i / 19 * 20 + i % 19];
+            ASSERT_TRUE(
+              (a[i] != a[i] && other != other) || std::memcmp(&a[i], &other, sizeof(T)) == 0)
+              << ToString(type) << " trial " << trial << ", " << i;
+          }
+        }
+      });
+  }
 }
 
 TEST(Downsampling, LabelsTakeTheMostFrequentTheSmallestOfEquals)

@@ -109,6 +109,7 @@ Outcome RunProgram(const std::vector<std::string>& arguments, const RunOptions& 
     {
       if (AnyFileBegins(options.InterruptWhenExists))
       {
+        std::this_thread::sleep_for(std::chrono::milliseconds(options.DelayMilliseconds));
         for (const int number : options.Signals)
         {
           kill(child, number);

@@ -29,6 +29,7 @@ struct RunOptions
   /// with this one.
   std::string InterruptWhenExists;
   std::vector<int> Signals;
+  int DelayMilliseconds = 0; ///< before the signals
 };
 
 /// Runs the program `teravox` with these arguments and waits for its end.

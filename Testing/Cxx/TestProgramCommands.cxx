@@ -272,7 +272,8 @@ TEST(ProgramConvert, SignalsLeaveNothing)
   // Nobody can clean up after this one but the next conversion to the same name.
   const std::string killed = FreshFileName("killed.h5");
   EXPECT_EQ(convert(killed, { SIGKILL }).ExitCode, -SIGKILL);
-  EXPECT_EQ(FilesLike(killed), 1u);
+  const std::size_t left = FilesLike(killed);
+  EXPECT_TRUE(left == 1 || left == 2) << left;  // the file, and its log, if there was time for one
   const std::string other = killed + ".1.part"; // process 1 lives
   std::ofstream(other) << "somebody else's";
   const std::string small = MakeImageFile("small.vti");

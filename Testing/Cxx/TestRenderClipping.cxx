@@ -6,6 +6,7 @@
 // reasons hold here, too: VTK's samples lie 0.1 voxel apart, and its cuts where a sample happens to
 // be), the same bits with any atlas, and nothing loaded of what is cut away.
 #include "BesideVTK.h"
+#include "EachWay.h"
 #include "ExpectTruth.h"
 #include "RecordingSource.h"
 #include "vtkOutOfCoreVolumeMapper.h"
@@ -44,21 +45,6 @@ void Crop(Stage& stage, int flags)
   stage.Mapper->SetCropping(1);
   stage.Mapper->SetCroppingRegionPlanes(11.3, 27.6, 9.2, 24.4, 14.7, 30.1);
   stage.Mapper->SetCroppingRegionFlags(flags);
-}
-
-// Stages are set, one after the other, in each of the ways in which rays are integrated.
-void ForEachWay(Stage& stage, const std::function<void(const std::string&)>& f)
-{
-  for (const bool nearest : { false, true })
-  {
-    for (const bool shade : { false, true })
-    {
-      stage.Property->SetInterpolationType(
-        nearest ? VTK_NEAREST_INTERPOLATION : VTK_LINEAR_INTERPOLATION);
-      stage.SetShade(shade);
-      f(std::string(nearest ? ", nearest" : ", linear") + (shade ? ", shaded" : ""));
-    }
-  }
 }
 
 const std::vector<std::pair<const char*, int>> Shapes = {

@@ -27,7 +27,8 @@ namespace
 
 constexpr int Edge = 12; // of a picture
 constexpr int BrickEdge = 8;
-constexpr int Batches = 4;
+constexpr int Batches = 6;
+constexpr int BatchesWithoutGradientOpacity = 4;
 constexpr int ScenesPerBatch = 250;
 
 std::vector<float> EstimateOf(Stage& stage)
@@ -138,6 +139,20 @@ public:
     stage.SetShade(this->Chance(0.4));
   }
 
+  void SetGradientOpacity(Stage& stage)
+  {
+    vtkNew<vtkPiecewiseFunction> function;
+    const int points = this->Whole(1, 5);
+    for (int i = 0; i < points; ++i)
+    {
+      const double opacity = this->Chance(0.3) ? 0 : this->Chance(0.4) ? 1 : this->Number(0, 1);
+      // Gradients are seldom near the largest ones that count.
+      const double magnitude = 0.25 * (this->High - this->Low) * std::pow(this->Number(0, 1), 2);
+      function->AddPoint(magnitude, opacity, this->Number(0.1, 0.9), this->Chance(0.2) ? 1 : 0);
+    }
+    stage.Property->SetGradientOpacity(function);
+  }
+
   void SetCamera(Stage& stage)
   {
     stage.Renderer->GetActiveCamera()->ParallelProjectionOff();
@@ -169,7 +184,7 @@ struct Tally
 {
   std::size_t Pixels = 0;
   std::size_t Below = 0;
-  double LargestShortage = 0; // in units of the tolerance
+  double LargestShortage = 0; // in units of the frame's tolerance
   std::string WorstScene;
   std::vector<double> Ratios; // estimate / true error
   std::size_t Incomplete = 0; // scenes
@@ -180,7 +195,9 @@ struct Tally
     const std::vector<float> picture = stage.Accumulator();
     const std::vector<float> estimate = EstimateOf(stage);
     ASSERT_EQ(estimate.size() * 4, picture.size()) << name;
-    const double tolerance = stage.Mapper->GetImageErrorTolerance();
+    // In a hurry steps follow a larger one, so how much depends on what else the machine does.
+    const double tolerance = stage.Mapper->GetFrameErrorTolerance();
+    ASSERT_GE(tolerance, stage.Mapper->GetImageErrorTolerance()) << name;
     const StageTruth truth(stage, source);
     this->Incomplete += stage.Mapper->IsConverged() ? 0 : 1;
     for (std::size_t i = 0; i < estimate.size(); ++i)
@@ -227,12 +244,16 @@ struct Tally
   }
 };
 
-void DrawScene(unsigned seed, Stage& stage, Tally& tally)
+void DrawScene(unsigned seed, bool gradientOpacity, Stage& stage, Tally& tally)
 {
   RandomScene scene(seed);
   const auto image = scene.MakeVolume();
   stage.SetImage(image);
   scene.SetFunctions(stage);
+  if (gradientOpacity)
+  {
+    scene.SetGradientOpacity(stage);
+  }
   scene.SetCamera(stage);
   const std::array<double, 4> tolerances{ 0.25, 1, 4, 16 };
   const double tolerance = tolerances[static_cast<std::size_t>(scene.Whole(0, 3))] / 255;
@@ -266,7 +287,8 @@ TEST_P(ErrorEstimate, HoldsOnRandomScenes)
   Tally tally;
   for (int i = 0; i < ScenesPerBatch && !HasFatalFailure(); ++i)
   {
-    DrawScene(static_cast<unsigned>(GetParam() * ScenesPerBatch + i), stage, tally);
+    DrawScene(static_cast<unsigned>(GetParam() * ScenesPerBatch + i),
+      GetParam() >= BatchesWithoutGradientOpacity, stage, tally);
   }
   std::printf("  %zu pixels, %zu (%.3f %%) below the error, short by %.3f tolerances at most (%s); "
               "median of estimate / error %.2f over %zu pixels that err; %zu incomplete pictures\n",

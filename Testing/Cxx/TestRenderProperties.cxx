@@ -3,6 +3,7 @@
 //
 // Contract 9: nothing is ignored in silence. Each inherited property, set to something else than
 // its default, changes the picture or is named in exactly one warning.
+#include "ComponentScene.h"
 #include "Scene.h"
 #include "vtkOutOfCoreVolumeMapper.h"
 
@@ -10,11 +11,14 @@
 #include <gtest/gtest.h>
 #include <vtkCommand.h>
 #include <vtkContourValues.h>
+#include <vtkDataArray.h>
 #include <vtkImageData.h>
 #include <vtkLight.h>
+#include <vtkOpenGLShaderProperty.h>
 #include <vtkPiecewiseFunction.h>
 #include <vtkPlane.h>
 #include <vtkPlaneCollection.h>
+#include <vtkPointData.h>
 #include <vtkRenderer.h>
 #include <vtkVolume.h>
 #include <vtkVolumeProperty.h>
@@ -43,7 +47,27 @@ struct Property
   const char* Name; ///< as it must appear in the warning
   std::function<void(Stage&)> Set;
   bool Shade = false;
+  bool ToImage = false; ///< it matters with RenderToImage only
+  int Components = 1;
+  bool GradientOpacity = false; ///< there is one from the begin
 };
+
+// What is seen: the window, and the depth image where one is asked for.
+std::vector<float> PictureOf(Stage& stage)
+{
+  std::vector<float> picture = stage.DrawPicture();
+  if (stage.Mapper->GetRenderToImage())
+  {
+    vtkNew<vtkImageData> depth;
+    stage.Mapper->GetDepthImage(depth);
+    vtkDataArray* scalars = depth->GetPointData()->GetScalars();
+    for (vtkIdType i = 0; i < scalars->GetNumberOfTuples(); ++i)
+    {
+      picture.push_back(static_cast<float>(scalars->GetComponent(i, 0)));
+    }
+  }
+  return picture;
+}
 
 vtkSmartPointer<vtkImageData> Mask()
 {
@@ -71,28 +95,38 @@ std::vector<Property> Properties()
         plane->SetNormal(1, 0, 0);
         s.Mapper->AddClippingPlane(plane);
       } },
-    { "MaskInput", [](Stage& s) { s.Mapper->SetMaskInput(Mask()); } },
-    { "MaskType", [](Stage& s) { s.Mapper->SetMaskTypeToBinary(); } },
+    { "MaskInput and MaskType",
+      [](Stage& s)
+      {
+        s.Mapper->SetMaskInput(Mask());
+        s.Mapper->SetMaskTypeToBinary();
+      } },
+    { "MaskInput with BlendMode",
+      [](Stage& s)
+      {
+        s.Mapper->SetMaskInput(Mask());
+        s.Mapper->SetMaskTypeToBinary();
+        s.Mapper->SetBlendModeToMaximumIntensity();
+      } },
     { "MaskBlendFactor", [](Stage& s) { s.Mapper->SetMaskBlendFactor(0.5f); } },
     { "UseJittering", [](Stage& s) { s.Mapper->UseJitteringOn(); } },
     { "UseDepthPass", [](Stage& s) { s.Mapper->UseDepthPassOn(); } },
     { "RenderToImage", [](Stage& s) { s.Mapper->RenderToImageOn(); } },
-    { "ClampDepthToBackface", [](Stage& s) { s.Mapper->SetClampDepthToBackface(1); } },
-    { "DepthImageScalarType", [](Stage& s) { s.Mapper->SetDepthImageScalarTypeToUnsignedChar(); } },
+    { "ClampDepthToBackface", [](Stage& s) { s.Mapper->SetClampDepthToBackface(1); }, false, true },
+    { "DepthImageScalarType", [](Stage& s) { s.Mapper->SetDepthImageScalarTypeToUnsignedChar(); },
+      false, true },
     { "FinalColorWindow", [](Stage& s) { s.Mapper->SetFinalColorWindow(0.5f); } },
     { "FinalColorLevel", [](Stage& s) { s.Mapper->SetFinalColorLevel(0.2f); } },
+    { "FinalColorWindow of 0", [](Stage& s) { s.Mapper->SetFinalColorWindow(0); } },
     { "ImageSampleDistance", [](Stage& s) { s.Mapper->SetImageSampleDistance(2); } },
     { "MinimumImageSampleDistance", [](Stage& s) { s.Mapper->SetMinimumImageSampleDistance(2); } },
-    { "MaximumImageSampleDistance", [](Stage& s) { s.Mapper->SetMaximumImageSampleDistance(5); } },
-    { "AutoAdjustSampleDistances", [](Stage& s) { s.Mapper->SetAutoAdjustSampleDistances(0); } },
+    // AutoAdjustSampleDistances and MaximumImageSampleDistance: TestRenderLattice.cxx.
     { "LockSampleDistanceToInputSpacing",
       [](Stage& s) { s.Mapper->SetLockSampleDistanceToInputSpacing(1); } },
     { "SampleDistance", [](Stage& s) { s.Mapper->SetSampleDistance(0.3f); } },
     { "ReportProgress", [](Stage& s) { s.Mapper->SetReportProgress(false); } },
     { "ColorRangeType", [](Stage& s) { s.Mapper->SetColorRangeType(M::NATIVE); } },
     { "ScalarOpacityRangeType", [](Stage& s) { s.Mapper->SetScalarOpacityRangeType(M::NATIVE); } },
-    { "GradientOpacityRangeType",
-      [](Stage& s) { s.Mapper->SetGradientOpacityRangeType(M::NATIVE); } },
     { "Transfer2DYAxisArray", [](Stage& s) { s.Mapper->SetTransfer2DYAxisArray("scalars"); } },
     { "AverageIPScalarRange",
       [](Stage& s)
@@ -101,15 +135,50 @@ std::vector<Property> Properties()
         s.Mapper->SetAverageIPScalarRange(3, 100);
       } },
     { "GradientOpacity",
+      [](Stage& s) {
+        s.SetGradientOpacity({ { 0, 0 }, { 20, 1 } });
+      } },
+    { "DisableGradientOpacity", [](Stage& s) { s.Property->DisableGradientOpacityOn(); }, false,
+      false, 1, true },
+    { "GradientOpacityRangeType",
+      [](Stage& s) { s.Mapper->SetGradientOpacityRangeType(M::NATIVE); }, false, false, 1, true },
+    { "GradientOpacity",
+      [](Stage& s) {
+        s.SetGradientOpacity({ { 0, 0 }, { 20, 1 } });
+      },
+      false, false, 2 },
+    { "GradientOpacity in this BlendMode",
+      [](Stage& s) { s.Mapper->SetBlendModeToMaximumIntensity(); }, false, false, 1, true },
+    { "GradientOpacity with MaskInput",
       [](Stage& s)
       {
-        vtkNew<vtkPiecewiseFunction> function;
-        function->AddPoint(0, 0);
-        function->AddPoint(20, 1);
-        s.Property->SetGradientOpacity(function);
-      } },
-    { "IndependentComponents", [](Stage& s) { s.Property->IndependentComponentsOff(); } },
-    { "ComponentWeight", [](Stage& s) { s.Property->SetComponentWeight(0, 0.5); } },
+        s.Mapper->SetMaskInput(Mask());
+        s.Mapper->SetMaskTypeToBinary();
+      },
+      false, false, 1, true },
+    // As in VTK, of one component neither changes anything.
+    { "IndependentComponents", [](Stage& s) { s.Property->IndependentComponentsOff(); }, false,
+      false, 2 },
+    { "IndependentComponents", [](Stage& s) { s.Property->IndependentComponentsOff(); }, false,
+      false, 3 },
+    { "ComponentWeight", [](Stage& s) { s.Property->SetComponentWeight(1, 0.5); }, false, false,
+      2 },
+    { "BlendMode", [](Stage& s) { s.Mapper->SetBlendModeToMaximumIntensity(); }, false, false, 2 },
+    { "ScalarOpacity", [](Stage& s) { s.Property->GetScalarOpacity(1)->AddPoint(120, 1); }, false,
+      false, 2 },
+    { "ScalarOpacityUnitDistance",
+      [](Stage& s) { s.Property->SetScalarOpacityUnitDistance(1, 0.2); }, false, false, 2 },
+    { "Ambient", [](Stage& s) { s.Property->SetAmbient(1, 0.9); }, true, false, 2 },
+    { "SpecularPower", [](Stage& s) { s.Property->SetSpecularPower(1, 60); }, true, false, 2 },
+    { "VectorMode", [](Stage& s) { s.Mapper->SetVectorMode(vtkOutOfCoreVolumeMapper::MAGNITUDE); },
+      false, false, 2 },
+    { "VectorComponent",
+      [](Stage& s)
+      {
+        s.Mapper->SetVectorMode(vtkOutOfCoreVolumeMapper::COMPONENT);
+        s.Mapper->SetVectorComponent(1);
+      },
+      false, false, 2 },
     { "UseClippedVoxelIntensity", [](Stage& s) { s.Property->UseClippedVoxelIntensityOn(); } },
     { "ClippedVoxelIntensity",
       [](Stage& s)
@@ -134,6 +203,13 @@ std::vector<Property> Properties()
     // Without a function there is no slice.
     { "SliceFunction", [](Stage& s) { s.Mapper->SetBlendModeToSlice(); } },
     { "Label", [](Stage& s) { s.Property->SetLabelScalarOpacity(1, s.Opacity); } },
+    { "ShaderProperty",
+      [](Stage& s)
+      {
+        vtkNew<vtkOpenGLShaderProperty> shader;
+        shader->AddFragmentShaderReplacement("//VTK::Base::Dec", true, "//VTK::Base::Dec\n", false);
+        s.Volume->SetShaderProperty(shader);
+      } },
     { "Lights",
       [](Stage& s)
       {
@@ -177,17 +253,32 @@ TEST(Contract9, EachPropertyChangesThePictureOrWarnsOnce)
   {
     Stage stage(48, 48);
     stage.Mapper->SetBrickSize(16);
-    stage.SetImage(MakeImage({}));
-    stage.SetTransfer(MakeTransfer(OpacityShape::Ramp));
+    if (property.Components == 1)
+    {
+      stage.SetImage(MakeImage({}));
+      stage.SetTransfer(MakeTransfer(OpacityShape::Ramp));
+    }
+    else
+    {
+      stage.SetImage(MakeComponentImage({}, property.Components));
+      const auto components = static_cast<std::size_t>(property.Components);
+      SetComponentTransfer(
+        stage, std::vector<OpacityShape>(components, OpacityShape::Ramp), 0, 255, 1);
+    }
     stage.SetShade(property.Shade);
+    if (property.GradientOpacity)
+    {
+      stage.SetGradientOpacity({ { 2, 0 }, { 14, 1 } });
+    }
     stage.Look({ 0.4, 1, -0.3 }, 0.8);
     vtkNew<WarningRecorder> recorder;
     stage.Mapper->AddObserver(vtkCommand::WarningEvent, recorder);
     stage.Mapper->AddObserver(vtkCommand::ErrorEvent, recorder);
-    const std::vector<float> before = stage.DrawPicture();
+    stage.Mapper->SetRenderToImage(property.ToImage ? 1 : 0);
+    const std::vector<float> before = PictureOf(stage);
     EXPECT_TRUE(recorder->Warnings.empty()) << property.Name << ": " << recorder->Warnings[0];
     property.Set(stage);
-    const std::vector<float> after = stage.DrawPicture();
+    const std::vector<float> after = PictureOf(stage);
     stage.DrawPicture();
     const bool changed = !AreImagesIdentical(before, after);
     int naming = 0;

@@ -120,6 +120,35 @@ TEST(Stability, BesideAHugeVolume)
 
 // After a walk through cameras, functions and shading, with an atlas that holds a fraction of what
 // is seen, the first picture comes again with the same bits.
+// The same thing, however many voxels: floats round the ends of volumes of more than 2^24 voxels to
+// beyond their bricks, and rays that begin there must find the outermost ones all the same.
+TEST(Stability, LargeVolumesLookLikeSmallOnes)
+{
+  constexpr int size = 72;
+  std::vector<float> small;
+  for (const int bits : { 20, 27, 28, 30 })
+  {
+    FormulaDescription formula;
+    const std::int64_t edge = std::int64_t{ 1 } << bits;
+    formula.Dimensions = { edge, edge, edge };
+    formula.Field = MakeFormula(FormulaKind::Sponge, formula.Dimensions);
+    formula.Type = ScalarType::UInt8;
+    formula.BrickSize = 16;
+    Stage stage(size, size);
+    stage.SetSource(FormulaBrickSource::Make(formula).Value());
+    stage.SetTransfer(MakeTransfer(OpacityShape::Ramp, 0, 255, std::ldexp(0.1, bits)));
+    stage.Look({ 0.3, 1, 0.4 }, 0.8);
+    // Of 16 bricks per axis.
+    stage.Mapper->SetMinimumLevel(bits - 8);
+    stage.Mapper->SetMaximumLevel(bits - 8);
+    const std::vector<float> picture = stage.Draw();
+    EXPECT_TRUE(stage.Mapper->IsConverged());
+    EXPECT_GT(*std::max_element(picture.begin(), picture.end()), 0.5f);
+    small = small.empty() ? picture : small;
+    EXPECT_LE(CompareImages(picture, small).Max, 1.0 / 255) << "2^" << bits;
+  }
+}
+
 TEST(Stability, NoDriftOverFrames)
 {
   ImageOptions options;

@@ -107,6 +107,26 @@ INSTANTIATE_TEST_SUITE_P(Contract, TruthOfTypes, testing::ValuesIn(AllScalarType
 
 // A place with a NaN among its voxels adds nothing. Rays are cut where that begins and ends, at the
 // faces between voxel centres.
+// Between two voxels a ray may meet the peak only where the field turns back, twice in a cell.
+TEST(Truth, NarrowPeakInNoise)
+{
+  const auto image = MakeImage({}, NoiseField);
+  const auto source = SourceOfImage(image, BrickEdge, false);
+  Stage stage(36, 36);
+  stage.Mapper->SetBrickSize(BrickEdge);
+  stage.SetImage(image);
+  stage.SetTransfer(MakeTransfer(OpacityShape::Peak));
+  for (const bool shade : { false, true })
+  {
+    stage.SetShade(shade);
+    const std::string shaded = shade ? ", shaded" : "";
+    stage.Look({ 0.3, 1, -0.4 }, 0.8);
+    ExpectTruth(stage, *source, "outside" + shaded);
+    stage.LookFrom({ 14, 15, 16 }, { 30, 22, 25 }, 0.01, 100, 60);
+    ExpectTruth(stage, *source, "inside" + shaded);
+  }
+}
+
 TEST(Truth, NaN)
 {
   for (const ScalarType type : { ScalarType::Float32, ScalarType::Float64 })

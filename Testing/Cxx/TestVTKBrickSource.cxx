@@ -1,13 +1,17 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "MessageRecorder.h"
 #include "VTKTestSupport.h"
 #include "vtkBrickSource.h"
+#include "vtkProceduralVolumeSource.h"
 
 #include <gtest/gtest.h>
 #include <vtkFloatArray.h>
+#include <vtkImageData.h>
 #include <vtkInformation.h>
 #include <vtkInformationObjectBaseKey.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
 #include <vtkWeakPointer.h>
 
 namespace
@@ -69,6 +73,56 @@ TEST(VTKBrickSource, DoesNotKeepTheArrayAliveButTheArrayKeepsIt)
   }
   EXPECT_EQ(weakArray.GetPointer(), nullptr);
   EXPECT_EQ(holder.GetPointer(), nullptr);
+}
+
+TEST(VTKBrickSource, KnowsWhetherAnImageWasMoved)
+{
+  vtkNew<vtkProceduralVolumeSource> volume;
+  volume->SetDimensions(100, 80, 60);
+  volume->SetOrigin(3, -2, 0.5);
+  volume->SetSpacing(0.1, 0.3, 7);
+  for (const int level : { 0, 1 })
+  {
+    volume->SetLevel(level);
+    int part[6] = { 8, 20, 3, 30, 5, 9 };
+    volume->UpdateExtent(part);
+    vtkNew<vtkImageData> image;
+    image->ShallowCopy(volume->GetOutput());
+    vtkBrickSource* holder = vtkBrickSource::Get(image->GetPointData()->GetScalars());
+    ASSERT_NE(holder, nullptr);
+    EXPECT_TRUE(holder->IsInPlace(image));
+    EXPECT_FALSE(holder->IsInPlace(nullptr));
+    image->SetExtent(7, 19, 3, 30, 5, 9);
+    EXPECT_FALSE(holder->IsInPlace(image));
+    image->SetExtent(part);
+    image->SetOrigin(3, -2, 0.6);
+    EXPECT_FALSE(holder->IsInPlace(image));
+    image->SetOrigin(volume->GetOutput()->GetOrigin());
+    EXPECT_TRUE(holder->IsInPlace(image));
+    image->SetSpacing(0.1, 0.3, 8);
+    EXPECT_FALSE(holder->IsInPlace(image));
+    image->SetSpacing(volume->GetOutput()->GetSpacing());
+    image->SetDirectionMatrix(-1, 0, 0, 0, 1, 0, 0, 0, 1);
+    EXPECT_FALSE(holder->IsInPlace(image));
+  }
+  vtkNew<vtkBrickSource> empty;
+  EXPECT_FALSE(empty->IsInPlace(volume->GetOutput()));
+}
+
+TEST(VTKBrickSource, TellsOfMemoryThatCannotBeHad)
+{
+  vtkNew<vtkProceduralVolumeSource> volume;
+  volume->SetDimensions(1 << 30, 1 << 30, 1 << 30); // 2^90 voxels at level 0, 2^60 at level 10
+  for (const int level : { 0, 10 })
+  {
+    volume->SetLevel(level);
+    vtkNew<teravox::test::MessageRecorder> errors;
+    volume->RemoveAllObservers();
+    volume->AddObserver(vtkCommand::ErrorEvent, errors);
+    volume->Update();
+    ASSERT_EQ(errors->Messages.size(), 1u);
+    EXPECT_NE(errors->Messages[0].find("can't be had"), std::string::npos) << errors->Messages[0];
+  }
 }
 
 TEST(VTKBrickSource, TellsWhatTheSourceSays)

@@ -21,7 +21,7 @@ struct KernelFunctions
   /// Of one channel: values and slopes per node at the ends of pieces of `dx` nodes.
   void (*KinkOf)(
     const Lane8 (&values)[2], const Lane8 (&slopes)[2], const Lane8& dx, Lane8& mean, Lane8& error);
-  void (*TurningPoint)(const Lane8 (&cubic)[4], Lane8& result);
+  void (*TurningPoints)(const Lane8 (&cubic)[4], Lane8& first, Lane8& second);
   /// Four vectors to eight rows, and these to vectors again.
   void (*Transpose)(const Lane8 (&columns)[4], float (&rows)[8][4], Lane8 (&again)[4]);
   /// Corners x + 2 y + 4 z; `w` and `d` are vectors of three.

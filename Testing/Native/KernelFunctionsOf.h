@@ -92,8 +92,11 @@ KernelFunctions TERAVOX_KERNEL_FUNCTIONS()
     Put(kink.Mean.Green, mean);
     Put(kink.Error, error);
   };
-  f.TurningPoint = [](const Lane8(&c)[4], Lane8& r) {
-    Put(TurningPoint(Cubic{ Take(c[0]), Take(c[1]), Take(c[2]), Take(c[3]) }), r);
+  f.TurningPoints = [](const Lane8(&c)[4], Lane8& first, Lane8& second)
+  {
+    const Turns turns = TurningPoints(Cubic{ Take(c[0]), Take(c[1]), Take(c[2]), Take(c[3]) });
+    Put(turns.First, first);
+    Put(turns.Second, second);
   };
   f.Transpose = [](const Lane8(&columns)[4], float(&rows)[8][4], Lane8(&again)[4])
   {

@@ -4,6 +4,7 @@
 
 #include "AtlasPlan.h"
 #include "BrickTexels.h"
+#include "GradientTable.h"
 #include "MarchSetup.h"
 #include "NativeAtlas.h"
 #include "NativeMarcher.h"
@@ -61,10 +62,10 @@ private:
   std::optional<std::string> Before;
 };
 
-NativeKernel KernelOf(bool baseline)
+NativeKernel KernelOf(bool baseline, bool gradient = false)
 {
   const Variable isa(baseline ? "baseline" : nullptr);
-  return ChooseNativeKernel();
+  return gradient ? ChooseGradientKernel() : ChooseNativeKernel();
 }
 
 std::unique_ptr<NativeMarcher> MarcherOf(bool baseline)
@@ -133,6 +134,7 @@ struct PictureMaker::Parts
   TexelFormat Format;
   AtlasPlan Plan;
   TransferTable Transfer;
+  GradientTable OpacityOfGradient;
   std::uint32_t TableVersion = 1;
   std::unique_ptr<NativeAtlas> Atlas;
   std::unique_ptr<PageTable> Table;
@@ -157,7 +159,7 @@ Status PictureMaker::Parts::Prepare()
   const ViewInput& camera = this->Scene.Camera;
   this->Format = TexelFormat::Choose(info.Type);
   AtlasRequest request =
-    AtlasRequest::For(this->Format, info.Components, camera.Width, camera.Height);
+    AtlasRequest::For(this->Format, AtlasComponents(info), camera.Width, camera.Height);
   request.BudgetBytes = std::uint64_t{ 1 } << 40;
   request.MaximumSlots = this->Means.Slots;
   request.Native = true;
@@ -199,6 +201,7 @@ Status PictureMaker::Parts::Prepare()
   }
   this->Geometry = geometry.Value();
   this->Transfer = BuildTransferTable(this->Scene.Function, info.Range, !IsFloat(info.Type), 1e-3);
+  this->OpacityOfGradient = BuildGradientTable(this->Scene.Function);
   this->Marcher = MarcherOf(this->Means.Baseline);
   this->View.Resize(camera.Width, camera.Height);
   this->FillParameters();
@@ -214,6 +217,7 @@ void PictureMaker::Parts::FillParameters()
   p.Value = { static_cast<float>(this->Format.Scale), static_cast<float>(this->Format.Offset), 0,
     0 };
   p.Transfer = TransferParameters(this->Transfer);
+  p.Gradient = GradientParameters(this->Scene.Function, this->Scene.Camera.DatasetFromVoxel, 0);
   p.Step = StepParameters(this->Scene.SampleDistance, this->Scene.Tolerance, 1);
   p.Switches[0] = this->Means.Skip ? 1u : 0u;
   p.Limits[0] = this->Means.StepsPerPass;
@@ -230,8 +234,10 @@ NativeScene PictureMaker::Parts::MakeScene()
   s.NumberOfPlanes = static_cast<int>(this->Geometry.Planes.size());
   s.Planes = this->Geometry.Planes.empty() ? nullptr : this->Geometry.Planes.front().data();
   SetTables(s, this->Transfer, this->TableVersion);
+  SetGradientTable(s, this->OpacityOfGradient);
   SetAtlas(s, *this->Atlas, *this->Table, this->Format);
   SetView(s, this->View, this->Scene.Camera.Width, this->Scene.Camera.Height);
+  s.Masked = this->Scene.Source->Info().Masked;
   s.Nearest = this->Scene.Nearest;
   s.FixedStep = !this->Scene.Nearest && this->Scene.Tolerance <= 0;
   s.Shade = this->Scene.Shade;
@@ -248,12 +254,17 @@ bool PictureMaker::Parts::Carry(const FramePlan& plan, Picture& picture)
 {
   for (const FramePlan::Upload& upload : plan.Uploads)
   {
-    const ConvertedBrick texels = ConvertBrick(*upload.Data, this->Format);
-    this->Atlas->Write(upload.Slot, texels.Bytes.data(), texels.Bytes.size(), texels.Cells.data(),
-      texels.Cells.size());
-    if (this->Plan.SlotTableBytes != 0)
+    std::uint32_t component = 0;
+    for (const ConvertedBrick& texels : ConvertComponents(*upload.Data, this->Format))
     {
-      this->Atlas->WriteEntry(upload.Slot, texels.OffsetHigh, texels.OffsetLow, texels.Scale);
+      this->Atlas->Write(upload.Slot, texels.Bytes.data(), texels.Bytes.size(), texels.Cells.data(),
+        texels.Cells.size(), component);
+      if (this->Plan.SlotTableBytes != 0)
+      {
+        this->Atlas->WriteEntry(
+          upload.Slot, texels.OffsetHigh, texels.OffsetLow, texels.Scale, component);
+      }
+      ++component;
     }
     ++picture.Uploads;
   }
@@ -375,7 +386,8 @@ Picture PictureMaker::DrawWithThreads(int threads)
   NativeScene scene = this->Own->MakeScene();
   scene.UsedSlots = slots.data();
   scene.UsedBlocks = blocks.data();
-  const NativeKernel kernel = KernelOf(this->Own->Means.Baseline);
+  const NativeKernel kernel =
+    KernelOf(this->Own->Means.Baseline, !this->Own->OpacityOfGradient.IsOne());
   std::atomic<std::size_t> next{ 0 };
   std::atomic<bool> missed{ false };
   const auto work = [&]
@@ -540,6 +552,14 @@ ViewInput MakeCamera(const VolumeInfo& info, int width, int height, const Matrix
   input.Height = height;
   input.CellData = info.CellData;
   return input;
+}
+
+TransferFunction WithGradientOpacity(TransferFunction function, double low, double high)
+{
+  function.GradientOpacity = [low, high](double magnitude)
+  { return std::clamp((magnitude - low) / (high - low), 0.0, 1.0); };
+  function.LastGradient = high;
+  return function;
 }
 
 TransferFunction MakeFunction(

@@ -100,6 +100,10 @@ Matrix4 Parallel(double height, double aspect, double nearDepth, double farDepth
 ViewInput MakeCamera(const VolumeInfo& info, int width, int height, const Matrix4& viewFromWorld,
   const Matrix4& clipFromView);
 
+/// Gradients below `low` (data values per mean distance of voxels) are left nothing, those above
+/// `high` all.
+TransferFunction WithGradientOpacity(TransferFunction function, double low, double high);
+
 /// Opacity between values, linear between knots; colours run from blue over green to red.
 TransferFunction MakeFunction(
   std::vector<double> values, std::vector<double> opacities, double unitDistance = 1);

@@ -456,9 +456,8 @@ TEST(NativeKernel, LoadGradientIsTheCentralDifference)
   }
 }
 
-// Where the slope changes its sign once, that is where; where it does so twice, the place of its
-// extreme, in between.
-TEST(NativeKernel, TurningPoint)
+// All places where the slope changes its sign.
+TEST(NativeKernel, TurningPoints)
 {
   for (const Set& set : AllSets())
   {
@@ -473,7 +472,8 @@ TEST(NativeKernel, TurningPoint)
         Fill(random, coefficient, -1, 1);
       }
       Lane8 u{};
-      set.Functions.TurningPoint(c, u);
+      Lane8 behind{};
+      set.Functions.TurningPoints(c, u, behind);
       for (int l = 0; l < 8; ++l)
       {
         const auto slope = [&](double at)
@@ -481,7 +481,21 @@ TEST(NativeKernel, TurningPoint)
           return static_cast<double>(c[1][l]) +
             at * (2 * static_cast<double>(c[2][l]) + 3 * at * static_cast<double>(c[3][l]));
         };
-        ASSERT_TRUE(u[l] > 0 && u[l] <= 1) << set.Name << ": " << u[l];
+        ASSERT_TRUE(u[l] > 0 && u[l] <= behind[l] && behind[l] <= 1)
+          << set.Name << ": " << u[l] << ", " << behind[l];
+        // As exact as floats can tell the slope from 0.
+        const auto expectZero = [&](double at, double low, double high)
+        {
+          const double before = slope(low);
+          for (int i = 0; i < 50; ++i)
+          {
+            const double middle = 0.5 * (low + high);
+            ((slope(middle) > 0) == (before > 0) ? low : high) = middle;
+          }
+          const double bend =
+            std::abs(2 * static_cast<double>(c[2][l]) + 6 * low * static_cast<double>(c[3][l]));
+          EXPECT_NEAR(at, low, 1e-6 + 2e-6 / std::max(bend, 1e-6)) << set.Name;
+        };
         if ((slope(0) > 0) == (slope(1) > 0))
         {
           const double steepest =
@@ -491,23 +505,22 @@ TEST(NativeKernel, TurningPoint)
           // Rounding decides where the extreme is next to 0.
           if (std::abs(slope(steepest)) > 1e-5)
           {
-            ASSERT_NEAR(u[l], inside ? steepest : 1, 1e-5) << set.Name;
             twice += inside ? 1 : 0;
+            if (inside)
+            {
+              expectZero(u[l], 0, steepest);
+              expectZero(behind[l], steepest, 1);
+            }
+            else
+            {
+              ASSERT_EQ(u[l], 1) << set.Name;
+            }
           }
           continue;
         }
         ++turned;
-        double low = 0;
-        double high = 1;
-        for (int i = 0; i < 50; ++i)
-        {
-          const double middle = 0.5 * (low + high);
-          ((slope(middle) > 0) == (slope(0) > 0) ? low : high) = middle;
-        }
-        // As exact as floats can tell the slope from 0.
-        const double bend =
-          std::abs(2 * static_cast<double>(c[2][l]) + 6 * low * static_cast<double>(c[3][l]));
-        ASSERT_NEAR(u[l], low, 1e-6 + 2e-6 / std::max(bend, 1e-6)) << set.Name;
+        expectZero(u[l], 0, 1);
+        ASSERT_EQ(behind[l], 1) << set.Name;
       }
     }
     EXPECT_GT(turned, 50000);

@@ -4,7 +4,9 @@
 #include "Effort.h"
 #include "NativeVolumes.h"
 
+#include <algorithm>
 #include <gtest/gtest.h>
+#include <utility>
 
 namespace teravox
 {
@@ -121,6 +123,14 @@ TEST(NativeRandom, AnySceneConvergesToOnePicture)
     scene.Tolerance = dice.OneIn(6) ? 0 : dice.OneIn(3) ? 1e-3 : 1.0 / 255;
     scene.SampleDistance = dice.Real(0.2, 2);
     scene.TwoSided = dice.OneIn(2);
+    Dice more(seed + 100000);
+    if (more.OneIn(3))
+    {
+      const double range = volume.High - volume.Low;
+      const double low = more.OneIn(3) ? -1 : more.Real(0, 0.1);
+      scene.Function = WithGradientOpacity(std::move(scene.Function), low * range,
+        (std::max(low, 0.0) + (more.OneIn(4) ? 1e-4 : more.Real(0.01, 0.3))) * range);
+    }
     const std::string what = "scene " + std::to_string(seed);
 
     const Picture whole = Draw(scene);

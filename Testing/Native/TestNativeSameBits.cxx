@@ -6,6 +6,7 @@
 #include "NativeVolumes.h"
 
 #include <gtest/gtest.h>
+#include <utility>
 
 namespace teravox
 {
@@ -21,10 +22,13 @@ enum class Way
   Nearest,
   NearestShaded,
   Fixed,
-  FixedShaded
+  FixedShaded,
+  Gradient, // opacity by gradient
+  GradientShaded,
+  GradientNearest
 };
-constexpr std::array<Way, 6> AllWays = { Way::Linear, Way::Shaded, Way::Nearest, Way::NearestShaded,
-  Way::Fixed, Way::FixedShaded };
+constexpr std::array<Way, 9> AllWays = { Way::Linear, Way::Shaded, Way::Nearest, Way::NearestShaded,
+  Way::Fixed, Way::FixedShaded, Way::Gradient, Way::GradientShaded, Way::GradientNearest };
 
 // One per path through the kernel: bytes, words, floats with holes, a slot table.
 constexpr std::array<ScalarType, 4> Types = { ScalarType::UInt8, ScalarType::UInt16,
@@ -39,17 +43,24 @@ PictureScene MakeScene(ScalarType type, Way way)
   scene.Source = volume.Source;
   scene.Function =
     volume.Function({ 0.0, 0.3, 0.42, 0.5, 0.65, 0.7, 1.0 }, { 0, 0, 0.15, 0, 0, 0.04, 0.3 });
+  if (way == Way::Gradient || way == Way::GradientShaded || way == Way::GradientNearest)
+  {
+    const double range = volume.High - volume.Low;
+    scene.Function = WithGradientOpacity(std::move(scene.Function), 0.01 * range, 0.12 * range);
+  }
   scene.Camera = Outside(scene.Source->Info(), Effort(44, 34), Effort(36, 33));
-  scene.Shade = way == Way::Shaded || way == Way::NearestShaded || way == Way::FixedShaded;
-  scene.Nearest = way == Way::Nearest || way == Way::NearestShaded;
+  scene.Shade = way == Way::Shaded || way == Way::NearestShaded || way == Way::FixedShaded ||
+    way == Way::GradientShaded;
+  scene.Nearest = way == Way::Nearest || way == Way::NearestShaded || way == Way::GradientNearest;
   scene.Tolerance = way == Way::Fixed || way == Way::FixedShaded ? 0 : 1.0 / 255;
   return scene;
 }
 
 std::string Name(ScalarType type, Way way)
 {
-  constexpr std::array<const char*, 6> names{ "linear", "shaded", "nearest", "nearest, shaded",
-    "fixed step", "fixed step, shaded" };
+  constexpr std::array<const char*, 9> names{ "linear", "shaded", "nearest", "nearest, shaded",
+    "fixed step", "fixed step, shaded", "gradient opacity", "gradient opacity, shaded",
+    "gradient opacity, nearest" };
   return std::string(ToString(type)) + ", " + names[static_cast<std::size_t>(way)];
 }
 
@@ -101,7 +112,7 @@ TEST(NativeSameBits, AnyNumberOfOpenMPThreads)
   GTEST_SKIP() << "OpenMP's runtime isn't instrumented: each of its barriers would be a race. "
                   "NativeSameBits.ThreadsOfTheStandardLibrary runs instead.";
 #else
-  for (const Way way : { Way::Linear, Way::Shaded })
+  for (const Way way : { Way::Linear, Way::Shaded, Way::Gradient })
   {
     const PictureScene scene = MakeScene(ScalarType::UInt16, way);
     PictureMeans means;
@@ -128,7 +139,7 @@ TEST(NativeSameBits, AnyNumberOfOpenMPThreads)
 // they meet; so are the stamps.
 TEST(NativeSameBits, ThreadsOfTheStandardLibrary)
 {
-  for (const Way way : { Way::Linear, Way::Shaded, Way::Nearest })
+  for (const Way way : { Way::Linear, Way::Shaded, Way::Nearest, Way::Gradient })
   {
     PictureScene scene = MakeScene(ScalarType::UInt8, way);
     scene.Camera = Outside(scene.Source->Info(), 100, 90); // twelve tiles
@@ -167,7 +178,7 @@ TEST(NativeSameBits, ShortPasses)
     [](const PictureScene& scene, const Picture& whole, const std::string& name)
     {
       PictureMeans means;
-      means.StepsPerPass = 64;
+      means.StepsPerPass = 40;
       const Picture pieces = Draw(scene, means);
       ExpectSound(pieces, name);
       EXPECT_GT(pieces.Passes, 10u) << name;

@@ -182,16 +182,28 @@ TEST(ShaderLibrary, VariantsHoldOnlyWhatTheyNeed)
     {
       continue; // they have texts of their own
     }
+    if (variant.Components > 1)
+    {
+      continue; // likewise
+    }
     const auto assembled = AssembleShader("RayMarch.frag", variant);
     ASSERT_TRUE(assembled.Ok());
     const std::string text = Preprocessor::Run(assembled.Value());
     const std::string name = "variant " + std::to_string(variant.Key());
     shaded += variant.Shade ? 1 : 0;
     counting += variant.Count ? 1 : 0;
-    for (const char* word : { "struct Light", "LightFrom(", "NormalOf(", "LitColor(", "LightOf(",
-           "struct RayLight", "struct Gradient", "GradientAlong(", "CentralDifference(" })
+    for (const char* word :
+      { "struct Light", "LightFrom(", "NormalOf(", "LitColor(", "LightOf(", "struct RayLight" })
     {
       EXPECT_EQ(Has(text, word), variant.Shade) << word << ", " << name;
+    }
+    for (const char* word : { "struct Gradient", "GradientAlong(", "CentralDifference(" })
+    {
+      EXPECT_EQ(Has(text, word), variant.Shade || variant.GradientOpacity) << word << ", " << name;
+    }
+    for (const char* word : { "SampledGradient", "u_gradientTable" })
+    {
+      EXPECT_EQ(Has(text, word), variant.GradientOpacity) << word << ", " << name;
     }
     for (const char* word : { "state.counter +=", "uint samples;", "uint evaluated;",
            "uint contributing;", "uint gradients;", "uint visits;", "b_feedback[FEEDBACK_SAMPLES]",
@@ -203,8 +215,27 @@ TEST(ShaderLibrary, VariantsHoldOnlyWhatTheyNeed)
     EXPECT_EQ(Has(text, "FindAncestor("), variant.Interactive || variant.Substitute) << name;
     EXPECT_EQ(Has(text, "isnan("), variant.FloatData) << name;
     EXPECT_EQ(Has(text, "b_slots[slot]"), variant.SlotTable) << name;
+    EXPECT_EQ(Has(text, "IsInMask("), variant.Masked) << name;
+    EXPECT_EQ(Has(text, "u_firstHit"), variant.FirstHit) << name;
+    EXPECT_EQ(Has(text, "DrawAndSearch("), variant.FirstHit) << name;
     EXPECT_FALSE(Has(text, "u_depth")) << name << ": intervals hold the depth already";
     EXPECT_TRUE(Has(text, "IntegrateBrick(")) << name;
+    for (const char* word : { "PartOf(", "EMITTERS", "struct Point", "b_slots[slot *" })
+    {
+      EXPECT_FALSE(Has(text, word)) << word << ", " << name;
+    }
+  }
+  for (const int components : { 2, 3, 4 })
+  {
+    ShaderVariant variant;
+    variant.Components = components;
+    const std::string text = Preprocessor::Run(AssembleShader("RayMarch.frag", variant).Value());
+    for (const char* word :
+      { "isnan(", "b_slots[slot", "struct Gradient", "vec3 normal[", "vec3 TableColor(" })
+    {
+      EXPECT_EQ(Has(text, word), word == std::string("vec3 TableColor(")) << word;
+    }
+    EXPECT_TRUE(Has(text, "PartOf("));
   }
   EXPECT_GT(shaded, 6);
   EXPECT_GT(counting, 6);

@@ -5,6 +5,7 @@
 #include "EmbeddedShaders.h"
 #include "ShaderLibrary.h"
 
+#include <bitset>
 #include <fstream>
 #include <iostream>
 #include <string>
@@ -62,6 +63,14 @@ int main(int argc, char* argv[])
     {
       for (const ShaderVariant& variant : ShaderVariant::All())
       {
+        // Of the many with several components or opacity by gradient, those with up to three
+        // features at a time.
+        constexpr std::size_t features = 16;
+        if ((variant.Components > 1 || variant.GradientOpacity) &&
+          std::bitset<features>(variant.Key()).count() > 3)
+        {
+          continue;
+        }
         ok = Write(folder, file.first, variant) && ok;
       }
     }

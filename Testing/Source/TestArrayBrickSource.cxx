@@ -97,6 +97,33 @@ TEST(ArrayBrickSource, NaNAndInfinity)
   EXPECT_FALSE(source->ReadRanges(last, { 1, 1, 1 }).Value()[0].IsKnown()); // never skipped
 }
 
+// Where one value lies beside NaN, in a cell, in cells beside each other or in a coarser region, a
+// brick isn't one of a single value: that would be drawn without being read.
+TEST(ArrayBrickSource, OneValueBesideNaNIsNotSingle)
+{
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const std::int64_t first : { 5, 8, 32, 33 }) // x from which on there is no value
+  {
+    test::Dense<float> volume{ { 80, 24, 16 }, 1, std::vector<float>(80 * 24 * 16, 5.0f) };
+    for (std::int64_t i = 0; i < 80 * 24 * 16; ++i)
+    {
+      if (i % 80 >= first && i % 80 < 64)
+      {
+        volume.Voxels[static_cast<std::size_t>(i)] = nan;
+      }
+    }
+    const auto source = ArrayBrickSource::Make(Describe(volume, 16)).Value();
+    const std::vector<ValueRange> ranges = source->ReadRanges({}, { 5, 1, 1 }).Value();
+    const std::int64_t b = (first - 1) / 16;
+    EXPECT_FALSE(ranges[static_cast<std::size_t>(b)].IsSingle()) << first;
+    EXPECT_TRUE(ranges[static_cast<std::size_t>(b)].Contains({ 5, 5 }));
+    EXPECT_LT(ranges[static_cast<std::size_t>(b)].Max, 5.00001);
+    EXPECT_FALSE(ranges[3].IsSingle()); // its border reaches the values behind
+    EXPECT_TRUE(b == 0 || ranges[0] == (ValueRange{ 5, 5 })) << first;
+    EXPECT_EQ(source->ReadRanges({}, { 1, 1, 1 }).Value()[0].IsSingle(), b > 0);
+  }
+}
+
 TEST(ArrayBrickSource, StridesNameAPartOfALargerArray)
 {
   const auto whole = test::RandomVolume<std::uint16_t>({ 40, 30, 20 }, 2, 9);

@@ -95,6 +95,8 @@ public:
     return {};
   }
 
+  bool ReadsSlabs() const override { return this->Slabs; }
+
   std::size_t Count() const
   {
     return static_cast<std::size_t>(this->Volume.Dimensions[0] * this->Volume.Dimensions[1] *
@@ -144,6 +146,7 @@ public:
   Description Volume;
   std::vector<std::byte> Voxels;
   std::function<Status()> BeforeRead;
+  bool Slabs = false;
 };
 
 inline VoxelReader::Description Describe(

@@ -9,6 +9,7 @@
 #include <limits>
 #include <stdexcept>
 #include <sys/resource.h>
+#include <utility>
 
 namespace teravox::testing
 {
@@ -226,6 +227,40 @@ TEST(PyramidWriter, IsDeterministic)
   EXPECT_TRUE(a == b);
 }
 
+// Blocks of several slabs, the last one thin, and an error in each of the reads.
+TEST(PyramidWriter, SlabBySlabGivesTheSameFile)
+{
+  const TemporaryFolder folder;
+  for (const ScalarType type : { ScalarType::UInt8, ScalarType::Float32 })
+  {
+    ArrayVoxelReader reader(Describe({ 260, 250, 203 }, type));
+    reader.GenerateMixed(9);
+    PyramidWriterOptions options;
+    options.BrickSize = 32;
+    int reads = 0;
+    reader.BeforeRead = [&reads]
+    {
+      ++reads;
+      return Status();
+    };
+    ASSERT_TRUE(PyramidWriter::Write(folder.File("a.h5"), reader, options).Ok());
+    const int blocks = std::exchange(reads, 0);
+    reader.Slabs = true;
+    ASSERT_TRUE(PyramidWriter::Write(folder.File("b.h5"), reader, options).Ok());
+    EXPECT_GT(reads, blocks);
+    EXPECT_TRUE(FileBytes(folder.File("a.h5")) == FileBytes(folder.File("b.h5")));
+    for (int fails = 0; fails < reads; ++fails)
+    {
+      int left = fails;
+      reader.BeforeRead = [&left]
+      { return left-- == 0 ? Status(StatusCode::Corrupt, "The slice is broken.") : Status(); };
+      const auto report = PyramidWriter::Write(folder.File("c.h5"), reader, options);
+      EXPECT_EQ(report.GetStatus().Message(), "The slice is broken.") << fails;
+      EXPECT_EQ(folder.Count(), 2U);
+    }
+  }
+}
+
 TEST(PyramidWriter, KeepsGeometryAndNames)
 {
   const TemporaryFolder folder;
@@ -329,6 +364,28 @@ TEST(PyramidWriter, LeavesNaNOut)
     const std::vector<std::byte> level1 = ReadLevel(*source, 1);
     EXPECT_TRUE(std::isnan(ValueAt(level1.data(), type, 0)));
     EXPECT_FALSE(std::isnan(ValueAt(level1.data(), type, 20)));
+    ExpectRangesHold(*source);
+  }
+}
+
+// As of arrays in memory: one value beside NaN isn't a single one, within a cell or between two.
+TEST(PyramidWriter, OneValueBesideNaNIsNotSingle)
+{
+  const TemporaryFolder folder;
+  for (const std::size_t first : { 5, 8, 32 })
+  {
+    ArrayVoxelReader reader(Describe({ 48, 32, 32 }, ScalarType::Float32));
+    reader.Generate([first](std::size_t i) { return i % 48 >= first ? std::nan("") : 5.0; });
+    ASSERT_TRUE(
+      PyramidWriter::Write(folder.File("s.h5"), reader, SmallBricks(PyramidCompression::Deflate))
+        .Ok());
+    const auto source = OpenSource(folder.File("s.h5"), 16);
+    const auto ranges = source->ReadRanges(BrickKey(), { 3, 2, 2 });
+    ASSERT_TRUE(ranges.Ok());
+    const std::size_t b = (first - 1) / 16;
+    EXPECT_FALSE(ranges.Value()[b].IsSingle()) << first;
+    EXPECT_TRUE(ranges.Value()[b].Contains({ 5, 5 })) << first;
+    EXPECT_TRUE(b == 0 || ranges.Value()[0] == (ValueRange{ 5, 5 })) << first;
     ExpectRangesHold(*source);
   }
 }

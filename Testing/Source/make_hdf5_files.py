@@ -47,7 +47,7 @@ with h5py.File(f"{folder}/huge.h5", "w") as f:
 with h5py.File(f"{folder}/unknown_filter.h5", "w") as f:
     plist = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     plist.set_chunk((4, 4, 4))
-    plist.set_filter(32008, h5py.h5z.FLAG_OPTIONAL, (0, 2))
+    plist.set_filter(32013, h5py.h5z.FLAG_OPTIONAL, (0, 2))
     space = h5py.h5s.create_simple((9, 11, 13))
     h5py.h5d.create(f.id, b"v", h5py.h5t.STD_U16LE, space, plist)
 with h5py.File(f"{folder}/empty.h5", "w") as f:

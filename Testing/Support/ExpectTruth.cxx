@@ -44,12 +44,26 @@ void ExpectTruth(Stage& stage, BrickSource& source, const std::string& name, con
 void ExpectTruth(
   Stage& stage, const StageTruth& truth, const std::string& name, const Bounds& bounds)
 {
+  ExpectExcess(
+    stage,
+    [&](const std::vector<float>& picture, double small, ImageDifference* plain)
+    { return truth.Excess(picture, small, plain); },
+    [&](const std::vector<float>& picture, const ImageDifference& excess)
+    { return Worst(stage, picture, truth, excess); },
+    name, bounds);
+}
+
+void ExpectExcess(Stage& stage,
+  const std::function<ImageDifference(const std::vector<float>&, double, ImageDifference*)>& find,
+  const std::function<std::string(const std::vector<float>&, const ImageDifference&)>& where,
+  const std::string& name, const Bounds& bounds)
+{
   const std::vector<float> picture = stage.Draw();
   ASSERT_FALSE(picture.empty()) << name;
   EXPECT_TRUE(stage.Mapper->IsConverged()) << name;
   ImageDifference plain;
   const double tolerance = stage.Mapper->GetImageErrorTolerance();
-  const ImageDifference excess = truth.Excess(picture, 0.5 * tolerance, &plain);
+  const ImageDifference excess = find(picture, 0.5 * tolerance, &plain);
   double visible = 0;
   for (std::size_t i = 3; i < picture.size(); i += 4)
   {
@@ -61,7 +75,7 @@ void ExpectTruth(
     plain.Percentile99 / tolerance);
   EXPECT_GT(visible, 0.01) << name << ": the picture is empty and shows nothing";
   EXPECT_LE(excess.Percentile99, bounds.Percentile99 * tolerance) << name;
-  EXPECT_LE(excess.Max, bounds.Max * tolerance) << name << Worst(stage, picture, truth, excess);
+  EXPECT_LE(excess.Max, bounds.Max * tolerance) << name << where(picture, excess);
 }
 
 } // namespace teravox::test

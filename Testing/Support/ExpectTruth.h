@@ -4,7 +4,9 @@
 
 #include "Scene.h"
 
+#include <functional>
 #include <string>
+#include <vector>
 
 namespace teravox::test
 {
@@ -24,5 +26,14 @@ void ExpectTruth(
 /// The same with a truth that is already there.
 void ExpectTruth(
   Stage& stage, const StageTruth& truth, const std::string& name, const Bounds& bounds = {});
+/// The same with any truth. `find`: the excess of a picture over an envelope, where the plain
+/// difference is more than `small`, and the plain difference itself. `where`: what is to be said of
+/// the worst pixel.
+void ExpectExcess(Stage& stage,
+  const std::function<ImageDifference(
+    const std::vector<float>& picture, double small, ImageDifference* plain)>& find,
+  const std::function<std::string(
+    const std::vector<float>& picture, const ImageDifference& excess)>& where,
+  const std::string& name, const Bounds& bounds = {});
 
 } // namespace teravox::test

@@ -242,6 +242,16 @@ void Stage::SetShade(bool shade)
   this->Property->SetSpecularPower(12);
 }
 
+void Stage::SetGradientOpacity(const std::vector<std::array<double, 2>>& nodes)
+{
+  vtkNew<vtkPiecewiseFunction> function;
+  for (const auto& node : nodes)
+  {
+    function->AddPoint(node[0], node[1]);
+  }
+  this->Property->SetGradientOpacity(nodes.empty() ? nullptr : function.Get());
+}
+
 void Stage::Look(const std::array<double, 3>& direction, double distance, bool parallel)
 {
   double b[6];
@@ -352,7 +362,8 @@ std::vector<TruthLights::Light> LightsOf(vtkRenderer* renderer)
 }
 } // namespace
 
-StageTruth::StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths, VoxelAccess access)
+StageTruth::StageTruth(
+  Stage& stage, BrickSource& source, double scaleOfLengths, VoxelAccess access, int component)
   : Width(stage.Width())
 {
   const VolumeInfo& info = source.Info();
@@ -372,7 +383,7 @@ StageTruth::StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths,
     levels.push_back(TruthLevel::FromArray(ScalarType::Float64, this->Voxels.back().data(),
       info.Layout.Dimensions(l), info.Layout.Factor(l)));
   }
-  this->Build(stage, info, std::move(levels), scaleOfLengths);
+  this->Build(stage, info, std::move(levels), scaleOfLengths, component);
 }
 
 StageTruth::StageTruth(
@@ -382,8 +393,8 @@ StageTruth::StageTruth(
   this->Build(stage, info, std::move(levels), scaleOfLengths);
 }
 
-void StageTruth::Build(
-  Stage& stage, const VolumeInfo& info, std::vector<TruthLevel> levels, double scaleOfLengths)
+void StageTruth::Build(Stage& stage, const VolumeInfo& info, std::vector<TruthLevel> levels,
+  double scaleOfLengths, int component)
 {
   const Matrix4 prop = ToMatrix(stage.Volume->GetMatrix());
   const bool nearest = stage.Property->GetInterpolationType() == VTK_NEAREST_INTERPOLATION;
@@ -392,9 +403,9 @@ void StageTruth::Build(
     nearest ? TruthInterpolation::Nearest : TruthInterpolation::Linear, info.CellData);
 
   auto opacity = vtkSmartPointer<vtkPiecewiseFunction>::New();
-  opacity->DeepCopy(stage.Property->GetScalarOpacity());
+  opacity->DeepCopy(stage.Property->GetScalarOpacity(component));
   auto color = vtkSmartPointer<vtkColorTransferFunction>::New();
-  color->DeepCopy(stage.Property->GetRGBTransferFunction());
+  color->DeepCopy(stage.Property->GetRGBTransferFunction(component));
   std::vector<double> knots = KnotsOf<4>(opacity.Get());
   const std::vector<double> ofColor = KnotsOf<6>(color.Get());
   knots.insert(knots.end(), ofColor.begin(), ofColor.end());
@@ -406,7 +417,7 @@ void StageTruth::Build(
         color->GetColor(v, rgb.data());
         return rgb;
       },
-      std::move(knots), stage.Property->GetScalarOpacityUnitDistance() * scaleOfLengths);
+      std::move(knots), stage.Property->GetScalarOpacityUnitDistance(component) * scaleOfLengths);
 
   vtkCamera* camera = stage.Renderer->GetActiveCamera();
   this->Camera = std::make_unique<TruthCamera>(ToMatrix(camera->GetModelViewTransformMatrix()),
@@ -416,10 +427,10 @@ void StageTruth::Build(
   if (stage.Property->GetShade() != 0)
   {
     TruthHeadlight::Material material;
-    material.Ambient = stage.Property->GetAmbient();
-    material.Diffuse = stage.Property->GetDiffuse();
-    material.Specular = stage.Property->GetSpecular();
-    material.SpecularPower = stage.Property->GetSpecularPower();
+    material.Ambient = stage.Property->GetAmbient(component);
+    material.Diffuse = stage.Property->GetDiffuse(component);
+    material.Specular = stage.Property->GetSpecular(component);
+    material.SpecularPower = stage.Property->GetSpecularPower(component);
     material.TwoSided = stage.Renderer->GetTwoSidedLighting() != 0;
     TruthHeadlight::Geometry geometry;
     geometry.Spacing = info.Spacing;
@@ -440,6 +451,20 @@ void StageTruth::Build(
       TruthLevelOfDetail(*this->Volume, *this->Camera, stage.Mapper->GetLevelOfDetailBias(),
         stage.Mapper->GetMinimumLevel(), stage.Mapper->GetMaximumLevel()),
       this->Shading.get(), 1e-5, Invert(prop), {}, {} });
+  if (stage.Property->HasGradientOpacity(component) &&
+    stage.Property->GetDisableGradientOpacity(component) == 0)
+  {
+    auto function = vtkSmartPointer<vtkPiecewiseFunction>::New();
+    function->DeepCopy(stage.Property->GetGradientOpacity(component));
+    // VTK looks it up on a quarter of the range of the data.
+    const double last = 0.25 * (info.Range.Max - info.Range.Min);
+    std::vector<double> bends = KnotsOf<4>(function.Get());
+    bends.push_back(last);
+    this->GradientOpacity = std::make_unique<TruthGradientOpacity>([function, last](double m)
+      { return function->GetValue(std::min(m, last)); },
+      std::move(bends), info.Spacing);
+    this->Scene_->GradientOpacity = this->GradientOpacity.get();
+  }
   if (vtkPlaneCollection* planes = stage.Mapper->GetClippingPlanes())
   {
     for (int i = 0; i < planes->GetNumberOfItems(); ++i)
@@ -471,6 +496,13 @@ std::vector<float> TakePixels(
     taken.insert(taken.end(), picture.begin() + at, picture.begin() + at + 4);
   }
   return taken;
+}
+
+void StageTruth::SetMask(std::vector<TruthLevel> levels)
+{
+  this->Mask = std::make_unique<TruthVolume>(
+    std::move(levels), this->Volume->WorldFromVoxel(), TruthInterpolation::Nearest, false);
+  this->Scene_->Mask = this->Mask.get();
 }
 
 TruthBounds StageTruth::Bounds(const std::vector<TruthPixel>& pixels,
@@ -626,6 +658,17 @@ vtkSmartPointer<vtkImageData> MakeImage(const ImageOptions& options, const UnitF
   return image;
 }
 
+double NoiseField(double x, double y, double z)
+{
+  std::uint64_t hash = 0;
+  for (const double place : { x, y, z })
+  {
+    hash = (hash ^ static_cast<std::uint64_t>(place * 1e6)) * 0x9E3779B97F4A7C15u;
+    hash ^= hash >> 29;
+  }
+  return std::ldexp(static_cast<double>(hash >> 11), -53);
+}
+
 vtkSmartPointer<vtkImageData> WithWideScalars(vtkImageData* image)
 {
   auto wide = vtkSmartPointer<vtkImageData>::New();
@@ -659,6 +702,7 @@ std::shared_ptr<BrickSource> SourceOfImage(vtkImageData* image, int brickSize, b
   array.Data = scalars->GetVoidPointer(0);
   array.Owner = std::shared_ptr<const void>(array.Data, [scalars](const void*) {});
   array.Type = FromVTK(scalars->GetDataType()).value_or(ScalarType::UInt8);
+  array.Components = scalars->GetNumberOfComponents();
   array.BrickSize = brickSize;
   array.CellData = cellData;
   std::copy_n(image->GetDirectionMatrix()->GetData(), 9, array.Direction.begin());
@@ -677,9 +721,13 @@ std::shared_ptr<BrickSource> SourceOfImage(vtkImageData* image, int brickSize, b
         array.Direction[3 * a + b] * array.Spacing[b] * (extent[2 * b] + (cellData ? 0.5 : 0.0));
     }
   }
-  double range[2];
-  scalars->GetRange(range, 0);
-  array.Range = { range[0], range[1] };
+  array.Range = ValueRange::Void();
+  for (int c = 0; c < array.Components; ++c)
+  {
+    double range[2];
+    scalars->GetRange(range, c);
+    array.Range.Include({ range[0], range[1] });
+  }
   auto source = ArrayBrickSource::Make(array);
   return source ? std::shared_ptr<BrickSource>(source.Value()) : nullptr;
 }

@@ -70,6 +70,8 @@ public:
   void SetSource(const std::shared_ptr<BrickSource>& source);
   void SetTransfer(const TransferNodes& nodes);
   void SetShade(bool shade);
+  /// Opacity over the magnitude of gradients: magnitude, opacity; empty: none.
+  void SetGradientOpacity(const std::vector<std::array<double, 2>>& nodes);
   /// From outside along a direction; the bounds fill about 1/distance of the picture. Sets the
   /// clipping range so that nothing is cut away.
   void Look(const std::array<double, 3>& direction, double distance = 1.0, bool parallel = false);
@@ -129,9 +131,10 @@ class StageTruth
 {
 public:
   /// `source`: what the stage draws; it has to outlive the truth. Place, prop matrix, camera,
-  /// property and level limits are taken from the stage's VTK objects.
+  /// property and level limits are taken from the stage's VTK objects. `component`: whose functions
+  /// and material.
   StageTruth(Stage& stage, BrickSource& source, double scaleOfLengths = 1,
-    VoxelAccess access = VoxelAccess::Whole);
+    VoxelAccess access = VoxelAccess::Whole, int component = 0);
 
   /// The same from levels that are given, of a volume too large to be read whole. What they refer
   /// to has to outlive this.
@@ -139,6 +142,9 @@ public:
     double scaleOfLengths = 1);
 
   const TruthScene& Scene() const { return *this->Scene_; }
+  /// Nothing is drawn where these levels, as many as the volume's, aren't above 0. What they refer
+  /// to has to outlive this.
+  void SetMask(std::vector<TruthLevel> levels);
   /// Instead of the stage's functions, where evaluating those takes too long.
   void SetTransfer(TruthTransfer transfer) { *this->Transfer = std::move(transfer); }
   /// The truth at these pixels. `taken`: the colours that several pictures have there. Where all of
@@ -153,14 +159,16 @@ public:
     const std::vector<float>& picture, double small, ImageDifference* plain = nullptr) const;
 
 private:
-  void Build(
-    Stage& stage, const VolumeInfo& info, std::vector<TruthLevel> levels, double scaleOfLengths);
+  void Build(Stage& stage, const VolumeInfo& info, std::vector<TruthLevel> levels,
+    double scaleOfLengths, int component = 0);
 
   std::vector<std::vector<double>> Voxels;
   std::unique_ptr<TruthVolume> Volume;
+  std::unique_ptr<TruthVolume> Mask;
   std::unique_ptr<TruthTransfer> Transfer;
   std::unique_ptr<TruthCamera> Camera;
   std::unique_ptr<TruthShading> Shading;
+  std::unique_ptr<TruthGradientOpacity> GradientOpacity;
   std::unique_ptr<TruthScene> Scene_;
   int Width;
 };
@@ -192,6 +200,9 @@ vtkSmartPointer<vtkImageData> MakeImage(
 vtkSmartPointer<vtkImageData> WithWideScalars(vtkImageData* image);
 /// A brick source of an image, as the mapper makes it.
 std::shared_ptr<BrickSource> SourceOfImage(vtkImageData* image, int brickSize, bool cellData);
+
+/// Without any order: a number in 0...1 for each place.
+double NoiseField(double x, double y, double z);
 
 /// Debian's brain scan (mricron-data), every `step`-th voxel, cropped to at most these dimensions
 /// around its centre; null where it isn't installed.

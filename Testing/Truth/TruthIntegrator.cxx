@@ -224,9 +224,12 @@ private:
   void MarchLevel(double from, double to)
   {
     const bool linear = this->Volume.Interpolation() == TruthInterpolation::Linear;
-    if (this->Scene.Shading)
+    this->GradientStep = this->Scene.Shading
+      ? this->Scene.Shading->GradientStep(this->Volume, this->Level)
+      : Double3{ 1, 1, 1 };
+    for (std::size_t axis = 0; axis < 3; ++axis)
     {
-      this->GradientStep = this->Scene.Shading->GradientStep(this->Volume, this->Level);
+      this->Factor[axis] = static_cast<double>(this->Volume.Level(this->Level).Factor[axis]);
     }
     std::vector<PlaneFamily> families;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -236,6 +239,10 @@ private:
       const double b = this->Step[axis] / factor;
       const double offset = linear ? 0.5 : 0.0;
       families.emplace_back(a, b, offset, from);
+      if (linear && this->Scene.Mask)
+      {
+        families.emplace_back(a, b, 0.0, from);
+      }
       // The two fields of a central difference bend (or jump) at planes of their own, if the
       // difference isn't over whole voxels.
       const double step = this->GradientStep[axis];
@@ -253,6 +260,11 @@ private:
         family.Pass(from);
         next = std::min(next, family.Next());
       }
+      if (this->IsMaskedOut(0.5 * (from + next)))
+      {
+        from = next;
+        continue;
+      }
       if (linear)
       {
         this->LinearPiece(from, next);
@@ -263,6 +275,11 @@ private:
       }
       from = next;
     }
+  }
+
+  bool IsMaskedOut(double t) const
+  {
+    return this->Scene.Mask && !(this->Scene.Mask->Field(this->Level, this->At(t)) > 0);
   }
 
   /// `difference` isn't used where there is no shading. `t`: where it is.
@@ -278,9 +295,18 @@ private:
     return this->Scene.Shading->Shade(place, this->Volume, this->Level, difference, color);
   }
 
+  bool NeedsDifferences() const { return this->Scene.Shading || this->Scene.GradientOpacity; }
+
+  /// Factor of the extinction.
+  double GradientOpacity(const Double3& difference) const
+  {
+    const TruthGradientOpacity* opacity = this->Scene.GradientOpacity;
+    return opacity ? (*opacity)(opacity->Magnitude(difference, this->Factor)) : 1;
+  }
+
   Double3 DifferenceAt(double t) const
   {
-    if (!this->Scene.Shading)
+    if (!this->NeedsDifferences())
     {
       return { 0, 0, 0 };
     }
@@ -302,13 +328,19 @@ private:
       return;
     }
     const double middle = 0.5 * (from + to);
-    const Double3 color = this->Color(value, this->DifferenceAt(middle), middle);
+    const Double3 difference = this->DifferenceAt(middle);
+    const double share = this->GradientOpacity(difference);
+    if (!(share > 0))
+    {
+      return;
+    }
+    const Double3 color = this->Color(value, difference, middle);
     if (alpha >= 1)
     {
       this->HitWall(color);
       return;
     }
-    const double tau = this->Transfer.Extinction(alpha) * this->LengthScale * (to - from);
+    const double tau = this->Transfer.Extinction(alpha) * share * this->LengthScale * (to - from);
     this->Light.Color = this->Light.Color + std::exp(-this->Light.Tau) * -std::expm1(-tau) * color;
     this->Light.Tau += tau;
   }
@@ -350,7 +382,7 @@ private:
       return;
     }
     const TruthCubic cubic = TruthCubic::FromCell(corners, start, stop);
-    if (cubic.IsConstant() && !this->Scene.Shading)
+    if (cubic.IsConstant() && !this->NeedsDifferences())
     {
       this->UniformPiece(from, to, cubic(0));
       return;
@@ -434,18 +466,16 @@ private:
     }
     const double length = this->LengthScale * (to - from);
     const auto value = [&](double s) { return std::clamp(cubic(s), smallest, largest); };
-    if (this->Transfer.GetAlpha(value(0.5 * (lower + upper))) >= 1)
-    {
-      // Just behind the beginning: at it, a jump of the colour belongs to either side.
-      const double s = lower + 1e-12 * (upper - lower);
-      this->HitWall(this->Color(value(s), this->Difference(s), from + s * (to - from)));
-      return;
-    }
+    const bool wall = this->Transfer.GetAlpha(value(0.5 * (lower + upper))) >= 1;
     const auto medium = [&](double s)
     {
       TruthMedium result;
       const double v = value(s);
       result.Sigma = length * this->Transfer.Extinction(this->Transfer.GetAlpha(v));
+      if (this->Scene.GradientOpacity && result.Sigma > 0)
+      {
+        result.Sigma *= this->GradientOpacity(this->Difference(s));
+      }
       if (result.Sigma > 0)
       {
         result.Color = this->Color(v, this->Difference(s), from + s * (to - from));
@@ -454,6 +484,13 @@ private:
     };
     for (const double cut : this->Kinks(lower, upper))
     {
+      if (wall && this->GradientOpacity(this->Difference(0.5 * (lower + cut))) > 0)
+      {
+        // Just behind the beginning: at it, a jump of the colour belongs to either side.
+        const double s = lower + 1e-12 * (cut - lower);
+        this->HitWall(this->Color(value(s), this->Difference(s), from + s * (to - from)));
+        return;
+      }
       IntegrateMedium(medium, lower, cut, this->PieceTolerance, this->Light);
       lower = cut;
     }
@@ -463,7 +500,7 @@ private:
   /// [from, to]: the differences are cubics, too.
   void FitDifferences(double from, double to)
   {
-    if (!this->Scene.Shading)
+    if (!this->NeedsDifferences())
     {
       return;
     }
@@ -477,6 +514,10 @@ private:
       this->Differences[axis] = TruthCubic::FromSamples(
         { samples[0][axis], samples[1][axis], samples[2][axis], samples[3][axis] });
     }
+    if (this->Scene.GradientOpacity)
+    {
+      this->OpacityBends = this->Scene.GradientOpacity->Bends(this->Differences, this->Factor);
+    }
   }
 
   Double3 Difference(double s) const
@@ -484,10 +525,18 @@ private:
     return { this->Differences[0](s), this->Differences[1](s), this->Differences[2](s) };
   }
 
-  /// Cuts (lower, upper] where the shading may have kinks; the last cut is `upper`.
+  /// Cuts (lower, upper] where the shading or the gradient's opacity may have kinks; the last cut
+  /// is `upper`.
   std::vector<double> Kinks(double lower, double upper) const
   {
     std::vector<double> result;
+    for (const double bend : this->OpacityBends)
+    {
+      if (bend > lower && bend < upper)
+      {
+        result.push_back(bend);
+      }
+    }
     if (this->Scene.Shading)
     {
       std::array<double, 4> samples{};
@@ -512,6 +561,7 @@ private:
         }
       }
     }
+    std::sort(result.begin(), result.end());
     result.push_back(upper);
     return result;
   }
@@ -526,7 +576,9 @@ private:
   TruthShadingRay Shading;
   Double3 GradientStep{ 1, 1, 1 };
   int Level = 0;
+  Double3 Factor{ 1, 1, 1 }; // of the level
   std::array<TruthCubic, 3> Differences;
+  std::vector<double> OpacityBends; // of the gradient, in the piece of the differences
   TruthLight Light;
   bool Wall = false;
 };

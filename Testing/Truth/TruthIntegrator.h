@@ -3,6 +3,7 @@
 #pragma once
 
 #include "TruthCamera.h"
+#include "TruthGradientOpacity.h"
 #include "TruthLevelOfDetail.h"
 #include "TruthShading.h"
 #include "TruthTransfer.h"
@@ -49,6 +50,10 @@ struct TruthScene
   Matrix4 LengthFromWorld = IdentityMatrix();
   std::vector<TruthPlane> Planes{};
   std::optional<TruthCrop> Crop{};
+  const TruthGradientOpacity* GradientOpacity = nullptr; ///< null: 1 everywhere
+  /// Nothing is drawn where this isn't above 0: a volume with nearest interpolation and the levels
+  /// of `Volume`. Null: no mask.
+  const TruthVolume* Mask = nullptr;
 };
 
 /// The truth of a pixel: the integral of c sigma exp(-tau) along the ray through
@@ -57,8 +62,10 @@ struct TruthScene
 ///
 /// Linear interpolation: the ray is cut at the view depths where lambda changes and at all planes
 /// of voxel centres; in a piece the field is a cubic, which is cut where it is stationary and where
-/// it meets a knot of the transfer function; what is left is smooth and integrated adaptively.
-/// Nearest: cut at voxel faces, closed form. NaN adds nothing.
+/// it meets a knot of the transfer function, and where the gradient's magnitude is stationary or
+/// meets a knot of its opacity; what is left is smooth and integrated adaptively.
+/// Nearest: cut at voxel faces, closed form. NaN adds nothing. With a
+/// mask both are cut at the voxel faces of the level, which are the mask's.
 TruthColor IntegratePixel(const TruthScene& scene, int x, int y, double offsetX = 0,
   double offsetY = 0, double opaqueDepth = std::numeric_limits<double>::infinity());
 

@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "GradientTable.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace teravox
+{
+
+namespace
+{
+constexpr int Intervals = GradientTable::Nodes - 1;
+}
+
+GradientTable BuildGradientTable(const TransferFunction& function)
+{
+  GradientTable table;
+  if (!function.GradientOpacity)
+  {
+    return table;
+  }
+  std::vector<float> opacity;
+  for (int i = 0; i < GradientTable::Nodes; ++i)
+  {
+    const double value = function.GradientOpacity(function.LastGradient * i / Intervals);
+    // Comparisons with NaN are false.
+    opacity.push_back(value > 0 ? static_cast<float>(std::min(value, 1.0)) : 0.0f);
+  }
+  if (std::all_of(opacity.begin(), opacity.end(), [](float v) { return v == 1.0f; }))
+  {
+    return table;
+  }
+  float moved = 0;
+  for (std::size_t i = 0; i < opacity.size(); ++i)
+  {
+    const std::size_t next = std::min(i + 1, opacity.size() - 1);
+    const float then = moved + std::abs(opacity[next] - opacity[i]);
+    table.Values.push_back({ opacity[i], moved, opacity[next], then });
+    moved = then;
+  }
+  return table;
+}
+
+MarchParameters::Vec GradientParameters(
+  const TransferFunction& function, const Matrix4& datasetFromVoxel, int exponent)
+{
+  Double3 spacing{};
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    const double x = datasetFromVoxel[a];
+    const double y = datasetFromVoxel[4 + a];
+    const double z = datasetFromVoxel[8 + a];
+    spacing[a] = std::sqrt(x * x + y * y + z * z);
+  }
+  const double mean = (spacing[0] + spacing[1] + spacing[2]) / 3;
+  const double nodes = std::ldexp(Intervals / function.LastGradient, exponent);
+  MarchParameters::Vec parameters{};
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    // Differences reach over two voxels.
+    parameters[a] = static_cast<float>(nodes * mean / (2 * spacing[a]));
+  }
+  parameters[3] = static_cast<float>(Intervals);
+  return parameters;
+}
+
+} // namespace teravox

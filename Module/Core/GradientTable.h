@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "MarchParameters.h"
+#include "TransferTable.h"
+#include "ViewGeometry.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace teravox
+{
+
+/// TransferFunction::GradientOpacity as the marchers sample it: linear between equidistant nodes
+/// from a magnitude of 0 to LastGradient, constant beyond. Read by
+/// Shaders/Library/GradientOpacity.glsl. Thread: immutable value.
+struct GradientTable
+{
+  /// Four times as many as VTK has.
+  static constexpr int Nodes = 4096;
+  /// Per node: opacity here, how far it has moved since the first node, and both at the next node.
+  /// Empty: the opacity is 1 everywhere.
+  std::vector<std::array<float, 4>> Values;
+
+  bool IsOne() const { return this->Values.empty(); }
+  std::uint64_t SizeInBytes() const { return 16 * this->Values.size(); }
+};
+
+GradientTable BuildGradientTable(const TransferFunction& function);
+
+/// MarchParameters::Gradient. `datasetFromVoxel`: its columns are as long as voxels are apart.
+/// `exponent`: values that are drawn are the user's times 2^-exponent (see ScaleExponent).
+MarchParameters::Vec GradientParameters(
+  const TransferFunction& function, const Matrix4& datasetFromVoxel, int exponent);
+
+} // namespace teravox

@@ -1,0 +1,221 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// Pixels between those whose rays have been cast (M. Levoy, "Volume rendering by adaptive
+// refinement", The Visual Computer 6, 1990): interpolated where the picture is smooth around them
+// and no voxel can hide between the rays, else cast themselves. Which ones there are is told by
+// Core/ImageLattice.h.
+
+// Of the largest second difference around a pixel, what interpolation is taken to err. With many
+// rays per voxel it errs by 3/8 of it at a kink and by 1/2 at a step; with one, a voxel in the
+// middle of four rays that is the largest of all around it raises each of them by a quarter of what
+// it does in the middle, of which a cubic sees a third: 11/4.
+constexpr float LeastWeight = 0.4f;
+constexpr float LargestWeight = 2.75f;
+
+constexpr std::uint8_t RayDeferred = NativeScene::RayDeferred;
+constexpr std::uint8_t RayInside = NativeScene::RayInside;
+
+TERAVOX_INLINE Quad ColorAt(const NativeScene& scene, std::size_t pixel)
+{
+  Quad color;
+  __builtin_memcpy(&color, scene.Color + 4 * pixel, sizeof(color));
+  return color;
+}
+TERAVOX_INLINE float LargestOfFour(Quad v)
+{
+  return Max(Largest(v), v[3]);
+}
+
+// The lattice around a pixel that is decided on: four by four rays, whose lines stand upright
+// around a centre and on their tips around the middle of an edge.
+struct Neighbourhood
+{
+  Quad Ray[4][4];
+  std::size_t Nearest[4];
+};
+
+inline Neighbourhood RaysAround(
+  const NativeScene& scene, std::size_t pixel, std::ptrdiff_t half, bool center)
+{
+  const auto width = static_cast<std::ptrdiff_t>(scene.Width);
+  const auto at = [&](std::ptrdiff_t i, std::ptrdiff_t j)
+  {
+    // i and j: -3, -1, 1, 3.
+    const std::ptrdiff_t x = center ? i : (i + j) / 2;
+    const std::ptrdiff_t y = center ? j : (i - j) / 2;
+    return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(pixel) + half * (x + width * y));
+  };
+  Neighbourhood n;
+  for (int i = 0; i < 4; ++i)
+  {
+    for (int j = 0; j < 4; ++j)
+    {
+      n.Ray[i][j] = ColorAt(scene, at(2 * i - 3, 2 * j - 3));
+    }
+  }
+  n.Nearest[0] = at(-1, -1);
+  n.Nearest[1] = at(-1, 1);
+  n.Nearest[2] = at(1, -1);
+  n.Nearest[3] = at(1, 1);
+  return n;
+}
+
+// The largest second difference along the lines of the lattice, of four channels.
+inline float LargestDifference(const Neighbourhood& n)
+{
+  Quad most = {};
+  const auto note = [&](Quad a, Quad b, Quad c, Quad d)
+  { most = Max(most, Max(Abs((a - b) - (b - c)), Abs((b - c) - (c - d)))); };
+  for (int i = 0; i < 4; ++i)
+  {
+    note(n.Ray[i][0], n.Ray[i][1], n.Ray[i][2], n.Ray[i][3]);
+    note(n.Ray[0][i], n.Ray[1][i], n.Ray[2][i], n.Ray[3][i]);
+  }
+  return LargestOfFour(most);
+}
+
+// Cubic in both directions.
+inline Quad InTheMiddle(const Neighbourhood& n)
+{
+  const auto cubic = [](Quad a, Quad b, Quad c, Quad d)
+  { return 0.5625f * (b + c) - 0.0625f * (a + d); };
+  Quad rows[4];
+  for (int i = 0; i < 4; ++i)
+  {
+    rows[i] = cubic(n.Ray[i][0], n.Ray[i][1], n.Ray[i][2], n.Ray[i][3]);
+  }
+  return cubic(rows[0], rows[1], rows[2], rows[3]);
+}
+
+// How far the nearest ray passes by a pixel at a depth, in voxels of the level there, if `pixels`
+// away in x (and y, too, if `both`).
+inline float NearestRay(const MarchParameters& p, int level, float depth, float pixels, bool both)
+{
+  const Quad f = 1.0f / ToFloat(Load(p.LevelFactor[static_cast<std::size_t>(level)]));
+  const Quad x = (Load(p.RayOrigin[1]) + depth * Load(p.RayDirection[1])) * f;
+  const Quad y = (Load(p.RayOrigin[2]) + depth * Load(p.RayDirection[2])) * f;
+  const auto squared = [](Quad v) { return (v[0] * v[0] + v[1] * v[1]) + v[2] * v[2]; };
+  const float a = squared(x);
+  const float b = squared(y);
+  return pixels * SquareRoot(both ? a + b : Max(a, b));
+}
+
+// Interpolates a pixel if it may be. half: pixels to the nearest rays along x, y or both.
+inline bool IsInterpolated(const NativeScene& scene, int x, int y, int half, bool center)
+{
+  const MarchParameters& p = *scene.Parameters;
+  const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(scene.Width) +
+    static_cast<std::size_t>(x);
+  if (x < 3 * half || y < 3 * half || x + 3 * half >= scene.Width || y + 3 * half >= scene.Height)
+  {
+    return false;
+  }
+  const Neighbourhood around = RaysAround(scene, pixel, half, center);
+  const float difference = LargestDifference(around);
+  if (!(difference * LeastWeight <= scene.LatticeTolerance))
+  {
+    return false;
+  }
+  float missed = 0;
+  float reach = -FarAway;
+  float spent = 0;
+  bool over = true;
+  bool inside = true;
+  for (const std::size_t n : around.Nearest)
+  {
+    inside = inside && (scene.Lattice[n] & RayInside) != 0;
+    missed = Max(missed, scene.Missed[n]);
+    reach = Max(reach, scene.Reach[n]);
+    spent = Max(spent, scene.Error != nullptr ? scene.Error[n] : 0.0f);
+    over = over && scene.Color[4 * n + 3] <= p.Step[2];
+  }
+  if (!inside || !(missed <= scene.LatticeTolerance))
+  {
+    return false;
+  }
+  const Ray ray = MakeRay(p, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+  float begin = 0;
+  float end = 0;
+  float lit = 0;
+  if (!FindInterval(scene, ray, x, y, begin, end, lit))
+  {
+    return false;
+  }
+  const int level = LevelAt(p, begin);
+  const float depth = over ? reach : end;
+  if (LevelAt(p, depth) != level)
+  {
+    return false;
+  }
+  const float nearest = NearestRay(p, level, Max(begin, depth), static_cast<float>(half), center);
+  const float weight =
+    Min(Max(LargestWeight * 2.0f * nearest * nearest, LeastWeight), LargestWeight);
+  const float error = difference * weight;
+  if (!(nearest <= scene.LatticeDistance && error <= scene.LatticeTolerance))
+  {
+    return false;
+  }
+  if (scene.Intervals->HasDepth)
+  {
+    // The edge of what is in front would have to be known.
+    bool clear = scene.Depth[pixel] >= 1.0f;
+    for (const std::size_t n : around.Nearest)
+    {
+      clear = clear && scene.Depth[n] >= 1.0f;
+    }
+    if (!clear)
+    {
+      return false;
+    }
+  }
+  const Quad none = {};
+  Quad value = Max(InTheMiddle(around), none);
+  value = WithFourth(value, Min(value[3], 1.0f));
+  __builtin_memcpy(scene.Color + 4 * pixel, &value, sizeof(value));
+  scene.Missed[pixel] = missed;
+  scene.Reach[pixel] = reach;
+  if (scene.Error != nullptr)
+  {
+    scene.Error[pixel] = spent + error + missed;
+  }
+  return true;
+}
+
+std::uint32_t RefineTile(
+  const NativeScene& scene, int stage, int left, int bottom, int right, int top)
+{
+  const int edge = LatticeEdge(stage);
+  const int half = edge / 2;
+  const bool center = stage % 2 == 0;
+  std::uint32_t toCast = 0;
+  for (int y = bottom; y < top; ++y)
+  {
+    for (int x = left; x < right; ++x)
+    {
+      const bool betweenX = x % edge == half;
+      const bool betweenY = y % edge == half;
+      const bool isNew =
+        x % half == 0 && y % half == 0 && (center ? betweenX && betweenY : betweenX != betweenY);
+      if (!isNew)
+      {
+        continue;
+      }
+      const std::size_t pixel =
+        static_cast<std::size_t>(y) * static_cast<std::size_t>(scene.Width) +
+        static_cast<std::size_t>(x);
+      std::int32_t* position = scene.Position + 4 * pixel;
+      const bool done = IsInterpolated(scene, x, y, half, center);
+      scene.Lattice[pixel] =
+        done ? RayInside : static_cast<std::uint8_t>(scene.Lattice[pixel] & RayInside);
+      if (done)
+      {
+        position[3] = StatusDone << 16;
+      }
+      else
+      {
+        toCast += (position[3] >> 16 & 3) != StatusDone ? 1 : 0;
+      }
+    }
+  }
+  return toCast;
+}

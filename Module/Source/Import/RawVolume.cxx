@@ -1,0 +1,257 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "RawVolume.h"
+
+#include "InflateStream.h"
+#include "SliceVoxelReader.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utility>
+
+namespace teravox
+{
+
+namespace
+{
+void SwapBytes(std::byte* data, std::size_t bytes, std::size_t elementSize)
+{
+  for (std::size_t i = 0; elementSize > 1 && i + elementSize <= bytes; i += elementSize)
+  {
+    std::reverse(data + i, data + i + elementSize);
+  }
+}
+
+class FileReader : public VoxelReader
+{
+public:
+  explicit FileReader(RawVolume volume)
+    : Raw(std::move(volume))
+  {
+  }
+  FileReader(const FileReader&) = delete;
+  FileReader& operator=(const FileReader&) = delete;
+  FileReader(FileReader&&) = delete;
+  FileReader& operator=(FileReader&&) = delete;
+  ~FileReader() override { this->Close(); }
+
+  Status Open()
+  {
+    for (std::size_t i = 0; i < this->Raw.Files.size(); ++i)
+    {
+      const Status status = this->OpenFile(i);
+      if (!status.Ok())
+      {
+        return status;
+      }
+    }
+    return {};
+  }
+
+  Description Describe() const override { return this->Raw.Volume; }
+
+  bool ReadsSlabs() const override { return true; }
+
+  Status ReadBox(const Int3& start, const Int3& size, void* out) override
+  {
+    const Int3& all = this->Raw.Volume.Dimensions;
+    const auto voxel = static_cast<std::int64_t>(this->VoxelBytes());
+    const std::int64_t slices = this->SlicesPerFile();
+    // Rows that follow one another in the file are one piece.
+    const bool wholeRows = size[0] == all[0];
+    const std::int64_t rows = wholeRows ? size[1] : 1;
+    const auto bytes = static_cast<std::size_t>(size[0] * rows * voxel);
+    auto* to = static_cast<std::byte*>(out);
+    for (std::int64_t z = start[2]; z < start[2] + size[2]; ++z)
+    {
+      for (std::int64_t y = start[1]; y < start[1] + size[1]; y += rows, to += bytes)
+      {
+        const std::int64_t first = ((z % slices * all[1] + y) * all[0] + start[0]) * voxel;
+        const Status status =
+          this->ReadFile(static_cast<std::size_t>(z / slices), first, bytes, to);
+        if (!status.Ok())
+        {
+          return status;
+        }
+      }
+    }
+    if (this->Raw.BigEndian)
+    {
+      SwapBytes(static_cast<std::byte*>(out),
+        static_cast<std::size_t>(size[0] * size[1] * size[2] * voxel),
+        SizeOf(this->Raw.Volume.Type));
+    }
+    return {};
+  }
+
+private:
+  std::size_t VoxelBytes() const
+  {
+    return SizeOf(this->Raw.Volume.Type) * static_cast<std::size_t>(this->Raw.Volume.Components);
+  }
+  std::int64_t SlicesPerFile() const
+  {
+    return this->Raw.Volume.Dimensions[2] / static_cast<std::int64_t>(this->Raw.Files.size());
+  }
+
+  void Close()
+  {
+    if (this->File >= 0)
+    {
+      ::close(this->File);
+    }
+    this->File = -1;
+  }
+
+  // One at a time: a stack may have more files than a process may open.
+  Status OpenFile(std::size_t i)
+  {
+    const std::string& name = this->Raw.Files[i];
+    this->Close();
+    this->File = ::open(name.c_str(), O_RDONLY | O_CLOEXEC);
+    struct stat info = {};
+    if (this->File < 0 || ::fstat(this->File, &info) != 0)
+    {
+      return { errno == ENOENT ? StatusCode::NotFound : StatusCode::InputOutput,
+        "'" + name + "' can't be opened: " + std::strerror(errno) + "." };
+    }
+    const Int3& all = this->Raw.Volume.Dimensions;
+    const std::int64_t wanted =
+      all[0] * all[1] * this->SlicesPerFile() * static_cast<std::int64_t>(this->VoxelBytes());
+    this->Start = this->Raw.Offset >= 0 ? this->Raw.Offset : info.st_size - wanted;
+    if (this->Start < 0 || info.st_size - this->Start < wanted)
+    {
+      return { StatusCode::Corrupt,
+        "'" + name + "' is too short: it has " + std::to_string(info.st_size) +
+          " bytes, but its voxels take " + std::to_string(wanted) +
+          (this->Raw.Offset > 0 ? " behind " + std::to_string(this->Raw.Offset) : "") + "." };
+    }
+    this->Current = i;
+    return {};
+  }
+
+  Status ReadFile(std::size_t i, std::int64_t first, std::size_t size, std::byte* to)
+  {
+    const Status opened = this->Current == i && this->File >= 0 ? Status() : this->OpenFile(i);
+    if (!opened.Ok())
+    {
+      return opened;
+    }
+    while (size > 0)
+    {
+      const ssize_t n = ::pread(this->File, to, size, this->Start + first);
+      if (n < 0 && errno == EINTR)
+      {
+        continue;
+      }
+      if (n <= 0)
+      {
+        return { StatusCode::InputOutput,
+          "'" + this->Raw.Files[i] +
+            "' can't be read: " + (n < 0 ? std::strerror(errno) : "it has become shorter") + "." };
+      }
+      to += n;
+      first += n;
+      size -= static_cast<std::size_t>(n);
+    }
+    return {};
+  }
+
+  RawVolume Raw;
+  int File = -1;
+  std::size_t Current = 0;
+  std::int64_t Start = 0;
+};
+
+class StreamReader : public SliceVoxelReader
+{
+public:
+  StreamReader(const RawVolume& volume, std::unique_ptr<InflateStream> stream)
+    : SliceVoxelReader(volume.Volume)
+    , Stream(std::move(stream))
+    , Before(volume.Before)
+    , BigEndian(volume.BigEndian)
+  {
+  }
+
+protected:
+  Status ReadSlice(std::int64_t z, std::byte* out) override
+  {
+    const std::size_t bytes = this->SliceBytes();
+    const Status status =
+      this->Stream->Read(this->Before + z * static_cast<std::int64_t>(bytes), bytes, out);
+    if (status.Ok() && this->BigEndian)
+    {
+      SwapBytes(out, bytes, SizeOf(this->Volume.Type));
+    }
+    return status;
+  }
+
+private:
+  std::unique_ptr<InflateStream> Stream;
+  std::int64_t Before;
+  bool BigEndian;
+};
+
+Status Check(const RawVolume& volume)
+{
+  const VoxelReader::Description& d = volume.Volume;
+  std::int64_t bytes = static_cast<std::int64_t>(SizeOf(d.Type)) * d.Components;
+  bool good = !volume.Files.empty() && d.Components >= 1 && volume.Offset >= -1;
+  for (std::size_t a = 0; a < 3 && good; ++a)
+  {
+    constexpr std::int64_t most = 0x7fffffff;
+    good = d.Dimensions.at(a) >= 1 && d.Dimensions.at(a) <= most &&
+      !__builtin_mul_overflow(bytes, d.Dimensions.at(a), &bytes);
+  }
+  const std::string name = volume.Files.empty() ? "The volume" : "'" + volume.Files.front() + "'";
+  if (!good)
+  {
+    return { StatusCode::InvalidArgument, name + " is said to have a size that can't be." };
+  }
+  if (d.Dimensions[2] % static_cast<std::int64_t>(volume.Files.size()) != 0)
+  {
+    return { StatusCode::InvalidArgument,
+      name + " and the others are " + std::to_string(volume.Files.size()) + " files for " +
+        std::to_string(d.Dimensions[2]) + " slices." };
+  }
+  if (volume.Compressed && volume.Files.size() > 1)
+  {
+    return { StatusCode::Unsupported,
+      name + " and the others are compressed; only one compressed file is read." };
+  }
+  return {};
+}
+} // namespace
+
+Result<std::shared_ptr<VoxelReader>> RawVolume::Open(
+  const RawVolume& volume, std::uint64_t cacheBytes)
+{
+  Status status = Check(volume);
+  if (!status.Ok())
+  {
+    return status;
+  }
+  if (volume.Compressed)
+  {
+    auto stream =
+      InflateStream::Open(volume.Files.front(), std::max<std::int64_t>(0, volume.Offset));
+    if (!stream.Ok())
+    {
+      return stream.GetStatus();
+    }
+    const auto reader = std::make_shared<StreamReader>(volume, std::move(stream.Value()));
+    reader->SetCacheLimit(cacheBytes);
+    return std::shared_ptr<VoxelReader>(reader);
+  }
+  const auto reader = std::make_shared<FileReader>(volume);
+  status = reader->Open();
+  return status.Ok() ? Result<std::shared_ptr<VoxelReader>>(reader)
+                     : Result<std::shared_ptr<VoxelReader>>(status);
+}
+
+} // namespace teravox

@@ -1,0 +1,442 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "TIFFStack.h"
+
+#include "Formats/FormatText.h"
+#include "HeaderText.h"
+#include "SliceVoxelReader.h"
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+#include <cstring>
+#include <tiffio.h>
+#include <utility>
+
+namespace teravox
+{
+
+namespace
+{
+using headers::Corrupt;
+using headers::Unsupported;
+
+struct Closer
+{
+  void operator()(TIFF* file) const { TIFFClose(file); }
+};
+using File = std::unique_ptr<TIFF, Closer>;
+
+/// What libtiff had to say; it prints otherwise. Thread: each its own.
+std::string& LastError()
+{
+  thread_local std::string text;
+  return text;
+}
+
+void KeepError(const char*, const char* format, va_list arguments)
+{
+  std::array<char, 512> text{};
+  std::vsnprintf(text.data(), text.size(), format, arguments);
+  LastError() = text.data();
+}
+
+File OpenFile(const std::string& name)
+{
+  static const bool quiet = []
+  {
+    TIFFSetErrorHandler(&KeepError);
+    TIFFSetWarningHandler(nullptr);
+    return true;
+  }();
+  static_cast<void>(quiet);
+  LastError().clear();
+  return File(TIFFOpen(name.c_str(), "r"));
+}
+
+Status Damaged(const std::string& name)
+{
+  return Corrupt(name, "can't be read: " + (LastError().empty() ? "it is damaged" : LastError()));
+}
+
+/// A picture: what has to be the same in all of them, and how its rows lie.
+struct Page
+{
+  std::uint32_t Width = 0;
+  std::uint32_t Height = 0;
+  ScalarType Type = ScalarType::UInt8;
+  int Components = 1;
+  bool Flipped = false;
+
+  bool operator==(const Page& o) const
+  {
+    return this->Width == o.Width && this->Height == o.Height && this->Type == o.Type &&
+      this->Components == o.Components;
+  }
+};
+
+std::optional<ScalarType> TypeOf(unsigned bits, unsigned format)
+{
+  const bool real = format == SAMPLEFORMAT_IEEEFP;
+  const bool with = format == SAMPLEFORMAT_INT;
+  if (format > SAMPLEFORMAT_VOID)
+  {
+    return std::nullopt;
+  }
+  switch (bits)
+  {
+    case 8:
+      return real ? std::nullopt
+                  : std::optional<ScalarType>(with ? ScalarType::Int8 : ScalarType::UInt8);
+    case 16:
+      return real ? std::nullopt
+                  : std::optional<ScalarType>(with ? ScalarType::Int16 : ScalarType::UInt16);
+    case 32:
+      return real ? ScalarType::Float32 : with ? ScalarType::Int32 : ScalarType::UInt32;
+    case 64:
+      return real ? std::optional<ScalarType>(ScalarType::Float64) : std::nullopt;
+    default:
+      return std::nullopt;
+  }
+}
+
+Result<Page> Inspect(TIFF* file, const std::string& name)
+{
+  Page page;
+  std::uint16_t samples = 1;
+  std::uint16_t bits = 1;
+  std::uint16_t format = SAMPLEFORMAT_UINT;
+  std::uint16_t planes = PLANARCONFIG_CONTIG;
+  std::uint16_t orientation = ORIENTATION_TOPLEFT;
+  std::uint16_t meaning = PHOTOMETRIC_MINISBLACK;
+  if (TIFFGetField(file, TIFFTAG_IMAGEWIDTH, &page.Width) == 0 ||
+    TIFFGetField(file, TIFFTAG_IMAGELENGTH, &page.Height) == 0 || page.Width == 0 ||
+    page.Height == 0 || page.Width > 0x7fffffffU || page.Height > 0x7fffffffU)
+  {
+    return Damaged(name);
+  }
+  TIFFGetFieldDefaulted(file, TIFFTAG_SAMPLESPERPIXEL, &samples);
+  TIFFGetFieldDefaulted(file, TIFFTAG_BITSPERSAMPLE, &bits);
+  TIFFGetFieldDefaulted(file, TIFFTAG_SAMPLEFORMAT, &format);
+  TIFFGetFieldDefaulted(file, TIFFTAG_PLANARCONFIG, &planes);
+  TIFFGetFieldDefaulted(file, TIFFTAG_ORIENTATION, &orientation);
+  TIFFGetField(file, TIFFTAG_PHOTOMETRIC, &meaning);
+  const auto type = TypeOf(bits, format);
+  if (!type)
+  {
+    return Unsupported(
+      name, "has samples of " + std::to_string(bits) + " bits of a kind that isn't read");
+  }
+  if (samples < 1 || samples > 4 || (samples > 1 && planes != PLANARCONFIG_CONTIG))
+  {
+    return Unsupported(name,
+      "has " + std::to_string(samples) + " samples per pixel; 1 to 4 beside each other are read");
+  }
+  if (meaning == PHOTOMETRIC_PALETTE || meaning == PHOTOMETRIC_YCBCR)
+  {
+    return Unsupported(name, "has colours of a palette, or of luminance and differences");
+  }
+  if (orientation != ORIENTATION_TOPLEFT && orientation != ORIENTATION_BOTLEFT)
+  {
+    return Unsupported(name, "is a mirrored or turned picture");
+  }
+  page.Type = *type;
+  page.Components = samples;
+  page.Flipped = orientation == ORIENTATION_BOTLEFT;
+  return page;
+}
+
+/// What ImageJ writes into the description: "images=12\nslices=4\n...".
+struct ImageJ
+{
+  bool Is = false;
+  std::map<std::string, std::string> Fields;
+
+  std::int64_t Number(const char* name) const
+  {
+    const auto found = this->Fields.find(name);
+    constexpr std::int64_t most = 1 << 30;
+    return found == this->Fields.end()
+      ? 1
+      : std::max<std::int64_t>(1, formats::ParseIndex(found->second, most).value_or(1));
+  }
+};
+
+ImageJ DescriptionOf(TIFF* file)
+{
+  ImageJ found;
+  char* text = nullptr;
+  if (TIFFGetField(file, TIFFTAG_IMAGEDESCRIPTION, &text) == 0 || text == nullptr)
+  {
+    return found;
+  }
+  std::string rest = text;
+  found.Is = rest.rfind("ImageJ=", 0) == 0;
+  while (found.Is && !rest.empty())
+  {
+    const std::string line = rest.substr(0, rest.find('\n'));
+    const std::size_t equals = line.find('=');
+    if (equals != std::string::npos)
+    {
+      found.Fields[line.substr(0, equals)] = headers::Trimmed(line.substr(equals + 1));
+    }
+    rest.erase(0, line.size() + 1);
+  }
+  return found;
+}
+
+Double3 SpacingOf(TIFF* file, const ImageJ& description)
+{
+  Double3 spacing{ 1, 1, 1 };
+  std::uint16_t unit = RESUNIT_INCH;
+  TIFFGetFieldDefaulted(file, TIFFTAG_RESOLUTIONUNIT, &unit);
+  float perUnit = 0;
+  const double length = unit == RESUNIT_INCH ? 25.4
+    : unit == RESUNIT_CENTIMETER             ? 10.0
+    : description.Is                         ? 1.0
+                                             : 0.0;
+  const std::array<std::uint32_t, 2> tags{ TIFFTAG_XRESOLUTION, TIFFTAG_YRESOLUTION };
+  for (std::size_t a = 0; a < 2; ++a)
+  {
+    if (length > 0.0 && TIFFGetField(file, tags.at(a), &perUnit) != 0 && perUnit > 0.0F)
+    {
+      spacing.at(a) = length / static_cast<double>(perUnit);
+    }
+  }
+  spacing[2] = spacing[0];
+  const auto between = description.Fields.find("spacing");
+  if (between != description.Fields.end())
+  {
+    const auto number = formats::ParseNumbers(between->second, 1);
+    spacing[2] = number && number->size() == 1 && (*number)[0] > 0.0 ? (*number)[0] : spacing[2];
+  }
+  return spacing;
+}
+
+class Reader : public SliceVoxelReader
+{
+public:
+  /// `slices`: file and page of each.
+  Reader(Description volume, Page page, std::vector<std::string> files,
+    std::vector<std::pair<std::size_t, std::uint32_t>> slices)
+    : SliceVoxelReader(std::move(volume))
+    , All(page)
+    , Files(std::move(files))
+    , Slices(std::move(slices))
+  {
+  }
+
+protected:
+  Status ReadSlice(std::int64_t z, std::byte* out) override
+  {
+    const auto [file, number] = this->Slices.at(static_cast<std::size_t>(z));
+    const std::string& name = this->Files[file];
+    if (!this->Now || this->NowFile != file)
+    {
+      this->Now = OpenFile(name);
+      this->NowFile = file;
+    }
+    if (!this->Now || !this->GoTo(static_cast<tdir_t>(number)))
+    {
+      return Damaged(name);
+    }
+    const auto page = Inspect(this->Now.get(), name);
+    if (!page.Ok())
+    {
+      return page.GetStatus();
+    }
+    if (!(page.Value() == this->All))
+    {
+      return { StatusCode::InvalidArgument,
+        "'" + name + "' has a picture of another size or type than the first one." };
+    }
+    const Status status = TIFFIsTiled(this->Now.get()) != 0
+      ? this->ReadTiles(name, page.Value(), out)
+      : this->ReadStrips(name, page.Value(), out);
+    return status;
+  }
+
+private:
+  // libtiff finds a page from the first one on; the next one is at hand.
+  bool GoTo(tdir_t number)
+  {
+    const tdir_t now = TIFFCurrentDirectory(this->Now.get());
+    return now == number ||
+      (now + 1 == number ? TIFFReadDirectory(this->Now.get())
+                         : TIFFSetDirectory(this->Now.get(), number)) != 0;
+  }
+  std::size_t RowBytes() const { return this->VoxelBytes() * this->All.Width; }
+  std::byte* Row(const Page& page, std::uint32_t y, std::byte* out) const
+  {
+    return out + this->RowBytes() * (page.Flipped ? page.Height - 1 - y : y);
+  }
+
+  Status ReadStrips(const std::string& name, const Page& page, std::byte* out)
+  {
+    if (static_cast<std::size_t>(TIFFScanlineSize64(this->Now.get())) != this->RowBytes())
+    {
+      return Damaged(name);
+    }
+    for (std::uint32_t y = 0; y < page.Height; ++y)
+    {
+      if (TIFFReadScanline(this->Now.get(), this->Row(page, y, out), y, 0) < 0)
+      {
+        return Damaged(name);
+      }
+    }
+    return {};
+  }
+
+  Status ReadTiles(const std::string& name, const Page& page, std::byte* out)
+  {
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    constexpr std::uint64_t largest = std::uint64_t{ 1 } << 30;
+    const std::uint64_t size = TIFFTileSize64(this->Now.get());
+    if (TIFFGetField(this->Now.get(), TIFFTAG_TILEWIDTH, &width) == 0 ||
+      TIFFGetField(this->Now.get(), TIFFTAG_TILELENGTH, &height) == 0 || width == 0 ||
+      height == 0 || size > largest || size < std::uint64_t{ width } * height * this->VoxelBytes())
+    {
+      return Damaged(name);
+    }
+    this->Tile.resize(static_cast<std::size_t>(size));
+    for (std::uint32_t y = 0; y < page.Height; y += std::min(height, page.Height - y))
+    {
+      for (std::uint32_t x = 0; x < page.Width; x += std::min(width, page.Width - x))
+      {
+        if (TIFFReadTile(this->Now.get(), this->Tile.data(), x, y, 0, 0) < 0)
+        {
+          return Damaged(name);
+        }
+        for (std::uint32_t row = 0; row < std::min(height, page.Height - y); ++row)
+        {
+          std::memcpy(this->Row(page, y + row, out) + this->VoxelBytes() * x,
+            this->Tile.data() + this->VoxelBytes() * width * row,
+            this->VoxelBytes() * std::min(width, page.Width - x));
+        }
+      }
+    }
+    return {};
+  }
+
+  Page All;
+  std::vector<std::string> Files;
+  std::vector<std::pair<std::size_t, std::uint32_t>> Slices;
+  File Now;
+  std::size_t NowFile = 0;
+  std::vector<std::byte> Tile;
+};
+
+/// Pages of one file that aren't thumbnails of others.
+Result<std::vector<std::pair<std::size_t, std::uint32_t>>> PagesOf(
+  TIFF* file, const std::string& name)
+{
+  std::vector<std::pair<std::size_t, std::uint32_t>> pages;
+  std::uint32_t number = 0;
+  do
+  {
+    std::uint32_t kind = 0;
+    TIFFGetFieldDefaulted(file, TIFFTAG_SUBFILETYPE, &kind);
+    if ((kind & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK)) == 0)
+    {
+      pages.emplace_back(0, number);
+    }
+    ++number;
+    constexpr std::uint32_t most = 65535; // libtiff's own of a file
+    if (number > most)
+    {
+      return Unsupported(name, "has more than 65535 pages");
+    }
+    LastError().clear();
+  } while (TIFFReadDirectory(file) != 0);
+  // At the end there is nothing to complain about.
+  return !LastError().empty() || pages.empty()
+    ? Result<std::vector<std::pair<std::size_t, std::uint32_t>>>(Damaged(name))
+    : Result<std::vector<std::pair<std::size_t, std::uint32_t>>>(pages);
+}
+
+/// ImageJ sorts pages by channel, slice, time; the channel changes fastest.
+Status Choose(const std::string& name, const ImageJ& description, const TIFFStack::Request& request,
+  std::vector<std::pair<std::size_t, std::uint32_t>>& pages)
+{
+  const std::int64_t channels = description.Number("channels");
+  const std::int64_t times = description.Number("frames");
+  const auto count = static_cast<std::int64_t>(pages.size());
+  if (channels * times <= 1 || channels * times > count || count % (channels * times) != 0)
+  {
+    return {};
+  }
+  if (request.Channel < 0 || request.Channel >= channels || request.TimePoint < 0 ||
+    request.TimePoint >= times)
+  {
+    return { StatusCode::InvalidArgument,
+      "'" + name + "' has " + std::to_string(channels) + " channels and " + std::to_string(times) +
+        " time points, counted from 0." };
+  }
+  const std::int64_t slices = count / (channels * times);
+  std::vector<std::pair<std::size_t, std::uint32_t>> chosen;
+  for (std::int64_t z = 0; z < slices; ++z)
+  {
+    chosen.push_back(pages.at(
+      static_cast<std::size_t>((request.TimePoint * slices + z) * channels + request.Channel)));
+  }
+  pages = std::move(chosen);
+  return {};
+}
+} // namespace
+
+Result<std::shared_ptr<VoxelReader>> TIFFStack::Open(const Request& request)
+{
+  if (request.Files.empty())
+  {
+    return Status(StatusCode::InvalidArgument, "There are no TIFF files.");
+  }
+  const std::string& name = request.Files.front();
+  const auto begin = headers::Begin(name, 4); // for the system's own words
+  if (!begin.Ok())
+  {
+    return begin.GetStatus();
+  }
+  const File file = OpenFile(name);
+  if (!file)
+  {
+    return Damaged(name);
+  }
+  const auto page = Inspect(file.get(), name);
+  if (!page.Ok())
+  {
+    return page.GetStatus();
+  }
+  const ImageJ description = DescriptionOf(file.get());
+  VoxelReader::Description volume;
+  volume.Type = page.Value().Type;
+  volume.Components = page.Value().Components;
+  volume.Spacing = SpacingOf(file.get(), description);
+  std::vector<std::pair<std::size_t, std::uint32_t>> slices;
+  if (request.Files.size() == 1)
+  {
+    auto pages = PagesOf(file.get(), name);
+    const Status status =
+      pages.Ok() ? Choose(name, description, request, pages.Value()) : pages.GetStatus();
+    if (!status.Ok())
+    {
+      return status;
+    }
+    slices = pages.Value();
+  }
+  else
+  {
+    for (std::size_t i = 0; i < request.Files.size(); ++i)
+    {
+      slices.emplace_back(i, 0);
+    }
+  }
+  volume.Dimensions = { page.Value().Width, page.Value().Height,
+    static_cast<std::int64_t>(slices.size()) };
+  const auto reader =
+    std::make_shared<Reader>(volume, page.Value(), request.Files, std::move(slices));
+  reader->SetCacheLimit(request.CacheBytes);
+  return std::shared_ptr<VoxelReader>(reader);
+}
+
+} // namespace teravox

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "VolumeEngine.h"
+
+#include <vector>
+
+class vtkImageData;
+
+namespace teravox
+{
+
+/// Premultiplied colours and opacities (rows from the bottom, 4 floats per pixel) as 8-bit RGBA in
+/// an image of one slice, as VTK's volume mappers give them: what `how` makes of them, and white
+/// with opacity 0 where the volume's box isn't seen. Requires: colours and hits are of a picture of
+/// the camera's size.
+void FillColorImage(vtkImageData* image, const std::vector<float>& colors, const FirstHits& hits,
+  const ViewInput& camera, const Composition& how);
+
+/// Depths in 0...1 as the depth buffer counts them, of the first hits of a picture. Without a hit:
+/// 1, or with `backface` that of the place where the ray leaves the volume's box, if that is seen.
+/// `scalarType`: VTK_FLOAT, or VTK_UNSIGNED_CHAR or VTK_UNSIGNED_SHORT, whose largest value is a
+/// depth of 1; others are taken as VTK_FLOAT.
+void FillDepthImage(vtkImageData* image, const FirstHits& hits, const ViewInput& camera,
+  int scalarType, bool backface);
+
+} // namespace teravox

@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: Teravox contributors
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes what fuzzing starts from, a folder per target: small files of every format, their XML files,
+chunks of every set of filters: make_seeds.py FOLDER. Exit code 77: h5py or numpy is missing."""
+import pathlib
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import zlib
+
+try:
+    import h5py  # noqa: F401
+    import numpy  # noqa: F401
+except ImportError as error:
+    print(error)
+    sys.exit(77)
+
+LARGEST = 300000  # bytes
+here = pathlib.Path(__file__).resolve().parent
+folder = pathlib.Path(sys.argv[1])
+shutil.rmtree(folder, ignore_errors=True)
+for target in ("FuzzFile", "FuzzXml", "FuzzChunk"):
+    (folder / target).mkdir(parents=True)
+
+for kind in ("imaris", "bigdataviewer", "n5", "ngff", "vtkhdf", "amr", "single", "filters"):
+    with tempfile.TemporaryDirectory() as made:
+        subprocess.run([sys.executable, "-B", here.parent / "Source" / f"make_{kind}.py", made],
+                       check=True, stdout=subprocess.DEVNULL)
+        for file in sorted(pathlib.Path(made).iterdir()):
+            if file.is_file() and file.suffix != ".bin" and file.stat().st_size <= LARGEST:
+                target = "FuzzXml" if file.suffix == ".xml" else "FuzzFile"
+                shutil.copy(file, folder / target / f"{kind}-{file.name}")
+
+data = bytes(i * i % 251 for i in range(1024))
+lz4 = struct.pack(">QII", len(data), len(data), len(data)) + data  # one stored block
+for mask in list(range(32)) + [1 << bit for bit in range(5, 10)]:
+    raw = zlib.compress(data) if mask & 4 else lz4 if mask & 8 else data
+    for element in range(4):
+        head = bytes([mask & 31, element, 1024 // 64 // (1 << element) - 1])
+        head += bytes([2, 0, 0, 2] * 5) + bytes([mask >> 5])
+        (folder / "FuzzChunk" / f"{mask}-{element}").write_bytes(head + raw)

@@ -1,0 +1,310 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "Import/DICOMSeries.h"
+#include "Import/FileList.h"
+#include "Import/RawVolume.h"
+#include "Import/SliceVoxelReader.h"
+#include "Import/TIFFStack.h"
+#include "TestFormatsSupport.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <random>
+
+namespace teravox::testing
+{
+namespace
+{
+
+using Reader = std::shared_ptr<VoxelReader>;
+
+bool EndsWith(const std::string& text, const std::string& end)
+{
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+Result<Reader> OpenRaw(const Result<RawVolume>& volume)
+{
+  return volume.Ok() ? RawVolume::Open(volume.Value(), 1 << 20)
+                     : Result<Reader>(volume.GetStatus());
+}
+
+Result<Reader> OpenImage(const std::string& name)
+{
+  if (EndsWith(name, ".mha") || EndsWith(name, ".mhd"))
+  {
+    return OpenRaw(ReadMetaImageHeader(name));
+  }
+  if (EndsWith(name, ".nrrd") || EndsWith(name, ".nhdr"))
+  {
+    return OpenRaw(ReadNRRDHeader(name));
+  }
+  if (EndsWith(name, ".nii") || EndsWith(name, ".nii.gz") || EndsWith(name, ".hdr"))
+  {
+    return OpenRaw(ReadNIfTIHeader(name, 0));
+  }
+  const std::vector<std::string> files = IsPattern(name) ? FilesLike(name)
+    : std::filesystem::is_directory(name)                ? FilesIn(name)
+                                                         : std::vector<std::string>{ name };
+  if (std::any_of(files.begin(), files.end(), &DICOMSeries::IsDICOM))
+  {
+    DICOMSeries::Request request;
+    request.Files = files;
+    return DICOMSeries::Open(request);
+  }
+  TIFFStack::Request request;
+  std::copy_if(files.begin(), files.end(), std::back_inserter(request.Files),
+    [](const std::string& file) { return EndsWith(file, ".tif"); });
+  return TIFFStack::Open(request);
+}
+
+struct Listed
+{
+  std::string Name;
+  std::string Array;
+  std::string Type;
+  std::array<double, 19> Numbers{}; // components, size, spacing, origin, direction
+};
+
+std::vector<Listed> ListOf(const FormatFiles& files)
+{
+  std::vector<Listed> all;
+  std::ifstream in(files.File("names.txt"));
+  Listed one;
+  while (in >> one.Name >> one.Array >> one.Type)
+  {
+    for (double& number : one.Numbers)
+    {
+      in >> number;
+    }
+    all.push_back(one);
+  }
+  return all;
+}
+
+TEST(Import, EveryFormatGivesItsVoxelsAndTheirPlace)
+{
+  TERAVOX_FORMAT_FILES(files, "images");
+  const std::vector<Listed> all = ListOf(*files);
+  ASSERT_GT(all.size(), 45u);
+  std::mt19937 random(5);
+  for (const Listed& one : all)
+  {
+    SCOPED_TRACE(one.Name);
+    const auto opened = OpenImage(files->File(one.Name));
+    ASSERT_TRUE(opened.Ok()) << opened.GetStatus().Message();
+    VoxelReader& reader = *opened.Value();
+    const VoxelReader::Description d = reader.Describe();
+    const std::array<double, 19>& n = one.Numbers;
+    EXPECT_EQ(d.Components, static_cast<int>(n[0]));
+    EXPECT_EQ(ToString(d.Type), one.Type);
+    for (std::size_t a = 0; a < 3; ++a)
+    {
+      ASSERT_EQ(d.Dimensions.at(a), static_cast<std::int64_t>(n.at(1 + a)));
+      EXPECT_NEAR(d.Spacing.at(a), n.at(4 + a), 1e-6);
+      EXPECT_NEAR(d.Origin.at(a), n.at(7 + a), 1e-5);
+    }
+    for (std::size_t i = 0; i < 9; ++i)
+    {
+      EXPECT_NEAR(d.Direction.at(i), n.at(10 + i), 1e-6) << i;
+    }
+    const std::vector<std::byte> truth = files->Array(one.Array);
+    const std::size_t voxel = SizeOf(d.Type) * static_cast<std::size_t>(d.Components);
+    // The whole, then boxes anywhere, also backwards.
+    for (int trial = 0; trial < 12; ++trial)
+    {
+      Int3 start{ 0, 0, 0 };
+      Int3 size = d.Dimensions;
+      for (std::size_t a = 0; a < 3 && trial > 0; ++a)
+      {
+        start.at(a) = static_cast<std::int64_t>(random() % static_cast<unsigned>(size.at(a)));
+        size.at(a) =
+          1 + static_cast<std::int64_t>(random() % static_cast<unsigned>(size.at(a) - start.at(a)));
+      }
+      std::vector<std::byte> box(static_cast<std::size_t>(size[0] * size[1] * size[2]) * voxel);
+      const Status status = reader.ReadBox(start, size, box.data());
+      ASSERT_TRUE(status.Ok()) << status.Message();
+      std::size_t at = 0;
+      bool same = true;
+      for (std::int64_t z = start[2]; z < start[2] + size[2]; ++z)
+      {
+        for (std::int64_t y = start[1]; y < start[1] + size[1]; ++y)
+        {
+          const auto row = static_cast<std::size_t>(size[0]) * voxel;
+          const auto from =
+            static_cast<std::size_t>((z * d.Dimensions[1] + y) * d.Dimensions[0] + start[0]) *
+            voxel;
+          same = same && std::memcmp(box.data() + at, truth.data() + from, row) == 0;
+          at += row;
+        }
+      }
+      ASSERT_TRUE(same) << "box " << trial;
+    }
+  }
+}
+
+TEST(Import, WhatCantBeReadIsNamed)
+{
+  TERAVOX_FORMAT_FILES(files, "images");
+  const auto expect = [&](const char* name, StatusCode code, const char* text)
+  {
+    SCOPED_TRACE(name);
+    const auto opened = OpenImage(files->File(name));
+    Status status = opened.GetStatus();
+    if (opened.Ok())
+    {
+      const VoxelReader::Description d = opened.Value()->Describe();
+      std::vector<std::byte> all(static_cast<std::size_t>(d.Dimensions[0] * d.Dimensions[1] *
+                                   d.Dimensions[2] * d.Components) *
+        SizeOf(d.Type));
+      status = opened.Value()->ReadBox({ 0, 0, 0 }, d.Dimensions, all.data());
+    }
+    EXPECT_EQ(status.Code(), code) << status.Message();
+    EXPECT_NE(status.Message().find(text), std::string::npos) << status.Message();
+    EXPECT_NE(status.Message().find(files->Folder.Path()), std::string::npos) << status.Message();
+  };
+  expect("gap", StatusCode::Unsupported, "evenly spaced");
+  expect("two", StatusCode::InvalidArgument, "1.2.1 (2 slices)");
+  expect("cut", StatusCode::Corrupt, "0.dcm' is cut off");
+  expect("packed.dcm", StatusCode::Unsupported, "1.2.840.10008.1.2.4.");
+  expect("sizes", StatusCode::InvalidArgument, "2.tif' has a picture of another size");
+  expect("cut.tif", StatusCode::Corrupt, "cut.tif");
+  expect("cut.mha", StatusCode::Corrupt, "too short");
+  expect("cut.nii.gz", StatusCode::Corrupt, "cut off");
+  expect("long.mha", StatusCode::Unsupported, "MET_LONG");
+  expect("text.nrrd", StatusCode::Unsupported, "bzip2");
+  expect("absent.mha", StatusCode::NotFound, "absent.mha");
+  expect("absent.tif", StatusCode::NotFound, "absent.tif");
+  const auto time = ReadNIfTIHeader(files->File("series.nii"), 2);
+  EXPECT_EQ(time.GetStatus().Code(), StatusCode::InvalidArgument);
+}
+
+TEST(Import, ChannelsTimesAndSeriesAreChosen)
+{
+  TERAVOX_FORMAT_FILES(files, "images");
+  TIFFStack::Request request;
+  request.Files = { files->File("imagej.tif") };
+  request.Channel = 1;
+  request.TimePoint = 1;
+  const auto stack = TIFFStack::Open(request);
+  ASSERT_TRUE(stack.Ok()) << stack.GetStatus().Message();
+  const std::vector<std::byte> pages = files->Array("stack");
+  const std::size_t page = std::size_t{ 47 } * 33 * 2;
+  std::vector<std::byte> read(page);
+  ASSERT_TRUE(stack.Value()->ReadBox({ 0, 0, 2 }, { 47, 33, 1 }, read.data()).Ok());
+  EXPECT_EQ(std::memcmp(read.data(), pages.data() + 11 * page, page), 0);
+  request.Channel = 2;
+  EXPECT_EQ(TIFFStack::Open(request).GetStatus().Code(), StatusCode::InvalidArgument);
+
+  DICOMSeries::Request series;
+  series.Files = FilesIn(files->File("two"));
+  series.Series = "1.2.0";
+  const auto chosen = DICOMSeries::Open(series);
+  ASSERT_TRUE(chosen.Ok()) << chosen.GetStatus().Message();
+  EXPECT_EQ(chosen.Value()->Describe().Dimensions[2], 2);
+  EXPECT_NEAR(chosen.Value()->Describe().Spacing[2], 4, 1e-6);
+
+  const auto later = OpenRaw(ReadNIfTIHeader(files->File("series.nii"), 1));
+  ASSERT_TRUE(later.Ok());
+  EXPECT_EQ(later.Value()->Describe().Dimensions[2], 9);
+}
+
+TEST(Import, SlicesAreReadOnceWhileTheyFit)
+{
+  TERAVOX_FORMAT_FILES(files, "images");
+  for (const bool fit : { true, false })
+  {
+    const auto opened = OpenImage(files->File("stack"));
+    ASSERT_TRUE(opened.Ok());
+    auto* slices = dynamic_cast<SliceVoxelReader*>(opened.Value().get());
+    ASSERT_NE(slices, nullptr);
+    slices->SetCacheLimit(fit ? 12 * slices->SliceBytes() : 0);
+    std::vector<std::byte> box(std::size_t{ 8 } * 8 * 12 * 2);
+    for (std::int64_t x = 0; x < 40; x += 8)
+    {
+      ASSERT_TRUE(slices->ReadBox({ x, 0, 0 }, { 8, 8, 12 }, box.data()).Ok());
+    }
+    EXPECT_EQ(slices->SlicesRead(), fit ? 12u : 60u);
+  }
+}
+
+TEST(Import, NamesAreInNaturalOrder)
+{
+  const TemporaryFolder folder;
+  for (const char* name : { "a10.tif", "a9.tif", "a09b.tif", "b1.tif", "a100.tif", ".a1.tif" })
+  {
+    std::ofstream(folder.File(name)) << "x";
+  }
+  const auto names = [&](const std::vector<std::string>& files)
+  {
+    std::string all;
+    for (const std::string& file : files)
+    {
+      all += file.substr(folder.Path().size() + 1) + " ";
+    }
+    return all;
+  };
+  EXPECT_EQ(names(FilesIn(folder.Path())), "a9.tif a09b.tif a10.tif a100.tif b1.tif ");
+  EXPECT_EQ(names(FilesLike(folder.File("a%d.tif"))), "a9.tif a10.tif a100.tif ");
+  EXPECT_EQ(names(FilesLike(folder.File("a%02d.tif"))), "a10.tif a100.tif ");
+  EXPECT_EQ(names(FilesLike(folder.File("a1*.tif"))), "a10.tif a100.tif ");
+  EXPECT_EQ(names(FilesLike(folder.File("*1*.tif"))), "a10.tif a100.tif b1.tif ");
+  EXPECT_FALSE(IsPattern(folder.File("a9.tif")));
+}
+
+/// Damaged headers and voxels end in an error or in as many voxels as the header says.
+TEST(Import, MutatedFilesAreErrorsOrVolumes)
+{
+  TERAVOX_FORMAT_FILES(files, "images");
+  const TemporaryFolder folder;
+  std::mt19937 random(6);
+  for (const char* name :
+    { "local_u2.mha", "packed.mha", "raw.nrrd", "gzip.nrrd", "qform.nii", "sform.nii.gz",
+      "pages_u1.tif", "pages_i1.tif", "pages_i2.tif", "imagej.tif", "ct/0.dcm", "ct/5.dcm" })
+  {
+    SCOPED_TRACE(name);
+    std::ifstream in(files->File(name), std::ios::binary);
+    const std::string whole((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    const std::string copy =
+      folder.File(std::string(name).substr(std::string(name).find_last_of('/') + 1));
+    int refused = 0;
+    for (int trial = 0; trial < 150; ++trial)
+    {
+      std::string bytes = whole;
+      const std::size_t within =
+        trial % 3 == 0 ? bytes.size() : std::min<std::size_t>(700, bytes.size());
+      for (int i = 0; i < (trial % 2 == 0 ? 1 : 6); ++i)
+      {
+        // TIFF has its directories at the end.
+        const std::size_t at = random() % within;
+        bytes[trial % 4 == 1 ? bytes.size() - 1 - at : at] = static_cast<char>(random());
+      }
+      if (trial % 7 == 0)
+      {
+        bytes.resize(random() % bytes.size());
+      }
+      std::ofstream(copy, std::ios::binary) << bytes;
+      const auto opened = OpenImage(copy);
+      Status status = opened.GetStatus();
+      if (opened.Ok())
+      {
+        const VoxelReader::Description d = opened.Value()->Describe();
+        const double size = static_cast<double>(SizeOf(d.Type)) * d.Components *
+          static_cast<double>(d.Dimensions[0]) * static_cast<double>(d.Dimensions[1]);
+        if (size < 1e7) // one slice; a compressed file may claim anything
+        {
+          std::vector<std::byte> slice(static_cast<std::size_t>(size));
+          status = opened.Value()->ReadBox(
+            { 0, 0, d.Dimensions[2] - 1 }, { d.Dimensions[0], d.Dimensions[1], 1 }, slice.data());
+        }
+      }
+      refused += status.Ok() ? 0 : 1;
+      EXPECT_TRUE(status.Ok() || !status.Message().empty());
+    }
+    EXPECT_GT(refused, 5);
+  }
+}
+
+} // namespace
+} // namespace teravox::testing

@@ -1,0 +1,305 @@
+# SPDX-FileCopyrightText: Teravox contributors
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes images as microscopes and scanners do, with numpy and struct only: make_images.py FOLDER.
+
+`names.txt` lists them, a line each: name (a file, a folder or a pattern), array to compare with, type,
+components, x, y, z, spacing, origin, direction (row by row), all separated by blanks.
+"""
+import gzip
+import os
+import struct
+import sys
+import zlib
+
+import numpy as np
+
+from format_files import keep, volume
+
+folder = sys.argv[1]
+lines = []
+identity = (1, 0, 0, 0, 1, 0, 0, 0, 1)
+c, s = np.cos(0.3), np.sin(0.3)
+turned = (c, -s, 0, s, c, 0, 0, 0, 1)  # about z, columns are the axes
+mirrored = (-1, 0, 0, 0, 1, 0, 0, 0, 1)
+
+
+def listed(name, a, spacing=(1, 1, 1), origin=(0, 0, 0), direction=identity):
+    components = a.shape[3] if a.ndim == 4 else 1
+    array = name.replace("/", "_").replace("*", "x").replace("%", "p")
+    keep(folder, array, a)
+    numbers = [components, a.shape[2], a.shape[1], a.shape[0], *spacing, *origin, *direction]
+    kind = a.dtype.kind + str(8 * a.dtype.itemsize)
+    lines.append(" ".join([name, array, kind] + [repr(float(n)) for n in numbers]) + "\n")
+
+
+def put(name, data):
+    os.makedirs(os.path.dirname(f"{folder}/{name}"), exist_ok=True)
+    with open(f"{folder}/{name}", "wb") as f:
+        f.write(data)
+
+
+def big(a):
+    return a.astype(a.dtype.newbyteorder(">")).tobytes()
+
+
+def colours(shape, dtype, count):
+    return np.stack([volume(shape, dtype, 20 + i) for i in range(count)], -1)
+
+
+# MetaImage.
+met = {"u1": "MET_UCHAR", "i1": "MET_CHAR", "u2": "MET_USHORT", "i2": "MET_SHORT", "u4": "MET_UINT",
+       "i4": "MET_INT", "f4": "MET_FLOAT", "f8": "MET_DOUBLE"}
+
+
+def meta(a, data, spacing=(1, 1, 1), origin=(0, 0, 0), direction=identity, extra=""):
+    n = a.shape[3] if a.ndim == 4 else 1
+    m = np.array(direction).reshape(3, 3).T.ravel()  # one axis after another
+    numbers = lambda v: " ".join(repr(float(x)) for x in v)
+    return (f"ObjectType = Image\nNDims = 3\nBinaryData = True\n{extra}"
+            f"TransformMatrix = {numbers(m)}\nOffset = {numbers(origin)}\n"
+            f"ElementSpacing = {numbers(spacing)}\nDimSize = {a.shape[2]} {a.shape[1]} {a.shape[0]}\n"
+            f"ElementNumberOfChannels = {n}\nElementType = {met[a.dtype.str[1:]]}\n"
+            f"ElementDataFile = {data}\n").encode()
+
+
+for seed, (dtype, name) in enumerate(met.items()):
+    a = volume((9, 17, 23), dtype, seed)
+    place = dict(spacing=(0.5, 0.75, 2), origin=(10, -20, 30.5), direction=turned)
+    put(f"local_{dtype}.mha", meta(a, "LOCAL", **place) + a.tobytes())
+    listed(f"local_{dtype}.mha", a, **place)
+a = colours((9, 17, 23), "<u2", 3)
+put("big.mhd", meta(a, "big.bin", extra="BinaryDataByteOrderMSB = True\nHeaderSize = -1\n"))
+put("big.bin", b"some header" + big(a))
+listed("big.mhd", a)
+a = volume((9, 17, 23), "<i2", 9)
+put("packed.mha", meta(a, "LOCAL", extra="CompressedData = True\n") + zlib.compress(a.tobytes()))
+listed("packed.mha", a)
+put("list.mhd", meta(a, "LIST") + b"".join(f"slice{z}.bin\n".encode() for z in range(9)))
+put("pattern.mhd", meta(a, "slice%d.bin 0 8 1"))
+for z in range(9):
+    put(f"slice{z}.bin", a[z].tobytes())
+listed("list.mhd", a)
+listed("pattern.mhd", a)
+
+# NRRD.
+a = volume((9, 17, 23), "<f4", 10)
+steps = np.array(turned).reshape(3, 3).T * np.array([[0.5], [0.75], [2]])
+vectors = " ".join("(" + ",".join(repr(float(x)) for x in v) + ")" for v in steps)
+header = (f"NRRD0004\n# a comment\ntype: float\ndimension: 3\nspace: left-posterior-superior\n"
+          f"sizes: 23 17 9\nspace directions: {vectors}\nkinds: domain domain domain\n"
+          f"endian: little\nspace origin: (10,-20,30.5)\n")
+place = dict(spacing=(0.5, 0.75, 2), origin=(10, -20, 30.5), direction=turned)
+put("raw.nrrd", (header + "encoding: raw\n\n").encode() + a.tobytes())
+listed("raw.nrrd", a, **place)
+put("gzip.nrrd", (header + "encoding: gzip\n\n").encode() + gzip.compress(a.tobytes()))
+listed("gzip.nrrd", a, **place)
+put("apart.nhdr", (header + "encoding: raw\nbyte skip: -1\ndata file: apart.dat\n").encode())
+put("apart.dat", b"before" + a.tobytes())
+listed("apart.nhdr", a, **place)
+a = colours((9, 17, 23), "<u1", 4)
+put("colours.nrrd", b"NRRD0001\ntype: unsigned char\ndimension: 4\nsizes: 4 23 17 9\n"
+    b"spacings: nan 2 3 4\nkinds: 4-color space space space\nencoding: raw\nbyte skip: 5\n\n12345" +
+    a.tobytes())
+listed("colours.nrrd", a, spacing=(2, 3, 4))
+
+# NIfTI.
+codes = {"u1": 2, "i2": 4, "i4": 8, "f4": 16, "f8": 64, "i1": 256, "u2": 512, "u4": 768}
+
+
+def nifti(a, order, sform=None, qform=None, times=1, colour=False):
+    h = bytearray(352)
+    pack = lambda at, form, *v: struct.pack_into(order + form, h, at, *v)
+    pack(0, "i", 348)
+    pack(40, "8h", 4 if times > 1 else 3, a.shape[2], a.shape[1], a.shape[0], times, 1, 1, 1)
+    pack(70, "hh", 128 if colour else codes[a.dtype.str[1:]], 8 * a.dtype.itemsize)
+    pack(76, "8f", -1 if qform and qform[6] < 0 else 1, 0.5, 0.75, 2, 1, 1, 1, 1)
+    pack(108, "f", 352)
+    if qform:
+        pack(252, "h", 1)
+        pack(256, "6f", *qform[:6])
+    if sform is not None:
+        pack(254, "h", 2)
+        pack(280, "12f", *sform)
+    h[344:348] = b"n+1\0"
+    return bytes(h)
+
+
+for seed, dtype in enumerate(codes):
+    a = volume((9, 17, 23), dtype, 30 + seed)
+    put(f"plain_{dtype}.nii", nifti(a, "<") + a.tobytes())
+    listed(f"plain_{dtype}.nii", a, spacing=(0.5, 0.75, 2))
+a = volume((9, 17, 23), "<i2", 40)
+m = np.array(turned).reshape(3, 3) * np.array([0.5, 0.75, 2])
+sform = np.hstack([m, [[10], [-20], [30.5]]]).ravel()
+put("sform.nii.gz", gzip.compress(nifti(a, ">", sform=sform) + big(a)))
+listed("sform.nii.gz", a, **place)
+# A quaternion of half a turn about y mirrors x and z, and the sign of pixdim[0] z again.
+put("qform.nii", nifti(a, "<", qform=(0, 1, 0, 90, -126, -72, -1)) + a.tobytes())
+listed("qform.nii", a, spacing=(0.5, 0.75, 2), origin=(90, -126, -72), direction=mirrored)
+put("pair.hdr", nifti(a, "<")[:108] + struct.pack("<f", 0) + nifti(a, "<")[112:348])
+put("pair.img", a.tobytes())
+listed("pair.hdr", a, spacing=(0.5, 0.75, 2))
+a = colours((9, 17, 23), "<u1", 3)
+put("colours.nii", nifti(a[..., 0], "<", colour=True) + a.tobytes())
+listed("colours.nii", a, spacing=(0.5, 0.75, 2))
+a = volume((18, 17, 23), "<u2", 41)
+put("series.nii", nifti(a[:9], "<", times=2) + a.tobytes())
+listed("series.nii", a[:9], spacing=(0.5, 0.75, 2))
+
+
+# TIFF.
+def tiff(pages, order="<", strip=5, packed=False, tile=None, description="", resolution=None,
+         orientation=1, thumbnail=False):
+    out = bytearray(struct.pack(order + "2sHI", b"II" if order == "<" else b"MM", 42, 0))
+    link = 4
+    for number, page in enumerate(pages):
+        n = page.shape[2] if page.ndim == 3 else 1
+        rows = page[::-1] if orientation == 4 else page
+        rows = rows.astype(rows.dtype.newbyteorder(order))
+        h, w = page.shape[:2]
+        blocks = []
+        if tile:
+            for y in range(0, h, tile):
+                for x in range(0, w, tile):
+                    block = np.zeros((tile, tile) + page.shape[2:], rows.dtype)
+                    part = rows[y:y + tile, x:x + tile]
+                    block[:part.shape[0], :part.shape[1]] = part
+                    blocks.append(block.tobytes())
+        else:
+            blocks = [rows[y:y + strip].tobytes() for y in range(0, h, strip)]
+        blocks = [zlib.compress(b) if packed else b for b in blocks]
+        starts = []
+        for b in blocks:
+            starts.append(len(out))
+            out += b + b"\0" * (len(b) % 2)
+        kind = {"u": 1, "i": 2, "f": 3}[page.dtype.kind]
+        tags = [(256, 4, [w]), (257, 4, [h]), (258, 3, [8 * page.dtype.itemsize] * n),
+                (259, 3, [8 if packed else 1]), (262, 3, [2 if n >= 3 else 1]),
+                (274, 3, [orientation]), (277, 3, [n]), (339, 3, [kind] * n)]
+        if thumbnail and number % 2:
+            tags.append((254, 4, [1]))
+        if tile:
+            tags += [(322, 3, [tile]), (323, 3, [tile]), (324, 4, starts),
+                     (325, 4, [len(b) for b in blocks])]
+        else:
+            tags += [(273, 4, starts), (278, 4, [strip]), (279, 4, [len(b) for b in blocks])]
+        if description and number == 0:
+            tags.append((270, 2, list(description.encode() + b"\0")))
+        if resolution:
+            tags += [(282, 5, [resolution[0], 1000]), (283, 5, [resolution[1], 1000]),
+                     (296, 3, [resolution[2]])]
+        forms = {2: "B", 3: "H", 4: "I", 5: "I"}
+        entries = b""
+        for tag, form, values in sorted(tags):
+            data = struct.pack(f"{order}{len(values)}{forms[form]}", *values)
+            count = len(values) // 2 if form == 5 else len(values)
+            if len(data) > 4:
+                at = len(out)
+                out += data + b"\0" * (len(data) % 2)
+                data = struct.pack(order + "I", at)
+            entries += struct.pack(order + "HHI", tag, form, count) + data.ljust(4, b"\0")
+        struct.pack_into(order + "I", out, link, len(out))
+        out += struct.pack(order + "H", len(tags)) + entries
+        link = len(out)
+        out += struct.pack(order + "I", 0)
+    return bytes(out)
+
+
+for seed, dtype in enumerate(["u1", "i1", "u2", "i2", "u4", "i4", "f4", "f8"]):
+    a = volume((5, 33, 47), dtype, 50 + seed)
+    put(f"pages_{dtype}.tif", tiff(a, order="<>"[seed % 2], packed=seed % 3 == 0,
+                                   tile=16 if seed % 3 == 1 else None,
+                                   orientation=4 if seed % 2 else 1))
+    listed(f"pages_{dtype}.tif", a)
+a = colours((5, 33, 47), "<u2", 3)
+put("colours.tif", tiff(a, packed=True))
+listed("colours.tif", a)
+a = volume((12, 33, 47), "<u2", 60)
+put("thumbnails.tif", tiff(np.repeat(a, 2, 0), thumbnail=True, resolution=(20000, 10000, 3)))
+listed("thumbnails.tif", a, spacing=(0.5, 1, 0.5))
+for z in range(12):
+    put(f"stack/slice{z}.tif", tiff(a[z:z + 1], packed=z % 2 == 0))
+    put(f"numbered/a_{z + 95:03d}.tif", tiff(a[z:z + 1]))
+    put(f"numbered/b_{z + 95:03d}.tif", tiff(a[z:z + 1] * 0))
+put("stack/readme.txt", b"not a picture")
+listed("stack", a)
+listed("stack/slice*.tif", a)
+listed("numbered/a_%03d.tif", a)
+# ImageJ: channels change fastest, then slices; 2 x 3 x 2.
+put("imagej.tif", tiff(a, resolution=(4000, 4000, 1), description="ImageJ=1.53t\nimages=12\n"
+    "channels=2\nslices=3\nframes=2\nhyperstack=true\nunit=micron\nspacing=1.5\nloop=false\n"))
+listed("imagej.tif", a[0:6:2], spacing=(0.25, 0.25, 1.5))
+
+
+# DICOM.
+def element(tag, kind, value):
+    if isinstance(value, str):
+        value = value.encode()
+    value += (b"\0" if kind in ("UI", "OW", "OB") else b" ") * (len(value) % 2)
+    head = struct.pack("<HH", tag >> 16, tag & 0xffff)
+    if kind is None:  # types are implied
+        return head + struct.pack("<I", len(value)) + value
+    if kind in ("OW", "OB", "SQ", "UN"):
+        return head + kind.encode() + struct.pack("<HI", 0, len(value)) + value
+    return head + kind.encode() + struct.pack("<H", len(value)) + value
+
+
+def dicom(pixels, position, explicit=True, slope=None, stored=16, orientation="1\\0\\0\\0\\1\\0",
+          series="1.2.3"):
+    signed = pixels.dtype.kind == "i"
+    syntax = "1.2.840.10008.1.2" + (".1" if explicit else "")
+    short = lambda v: struct.pack("<H", v)
+    # A sequence of undefined length, with an item of undefined length that has pixels of its own.
+    icon = element(0x00280010, "US" if explicit else None, short(1)) + \
+        element(0x7fe00010, "OW" if explicit else None, b"12")
+    sequence = struct.pack("<HH", 0x0008, 0x1140) + \
+        (b"SQ\0\0" if explicit else b"") + b"\xff\xff\xff\xff" + \
+        struct.pack("<HHI", 0xfffe, 0xe000, 0xffffffff) + icon + \
+        struct.pack("<HHI", 0xfffe, 0xe00d, 0) + struct.pack("<HHI", 0xfffe, 0xe0dd, 0)
+    tags = [(0x00180050, "DS", "3"), (0x0020000e, "UI", series),
+            (0x00200032, "DS", "\\".join(repr(float(p)) for p in position)),
+            (0x00200037, "DS", orientation), (0x00280002, "US", short(1)),
+            (0x00280010, "US", short(pixels.shape[0])), (0x00280011, "US", short(pixels.shape[1])),
+            (0x00280030, "DS", "0.75\\0.5"), (0x00280100, "US", short(8 * pixels.dtype.itemsize)),
+            (0x00280101, "US", short(stored)), (0x00280103, "US", short(int(signed)))]
+    if slope:
+        tags += [(0x00281052, "DS", slope[1]), (0x00281053, "DS", slope[0])]
+    body = sequence + b"".join(element(t, k if explicit else None, v) for t, k, v in tags)
+    body += element(0x7fe00010, "OW" if explicit else None, pixels.tobytes())
+    meta = element(0x00020010, "UI", syntax)
+    return b"\0" * 128 + b"DICM" + element(0x00020000, "UL", struct.pack("<I", len(meta))) + meta + body
+
+
+a = volume((7, 17, 23), "<u2", 70) >> 4
+for z in range(7):
+    # Written from the last to the first; without order in their names.
+    put(f"ct/{(z * 5) % 7}.dcm", dicom(a[z], (-10, -20, 100 + 2.5 * z), explicit=z % 2 == 0,
+                                       slope=("1", "-1024"), stored=12))
+put("ct/notes.txt", b"no picture")
+listed("ct", a.astype("<i2") - 1024, spacing=(0.5, 0.75, 2.5), origin=(-10, -20, 100))
+b = volume((7, 17, 23), "<i2", 71)
+for z in range(7):
+    # Sagittal: rows along y, columns down z; the normal is -x.
+    put(f"mr/s{z}", dicom(b[z], (30 - 2 * z, -20, 100), orientation="0\\1\\0\\0\\0\\-1"))
+listed("mr", b, spacing=(0.5, 0.75, 2), origin=(30, -20, 100),
+       direction=(0, 0, -1, 1, 0, 0, 0, -1, 0))
+for z in range(3):
+    put(f"pet/{z}", dicom(a[z], (0, 0, z), slope=("0.5", "1.25")))
+listed("pet", (a[:3] * 0.5 + 1.25).astype("<f4"), spacing=(0.5, 0.75, 1))
+
+# What is refused: name, and the word that the sentence has.
+for z in (0, 1, 3, 4):
+    put(f"gap/{z}.dcm", dicom(a[z], (0, 0, z)))
+    put(f"two/{z}.dcm", dicom(a[z], (0, 0, z), series=f"1.2.{z % 2}"))
+put("cut/0.dcm", dicom(a[0], (0, 0, 0))[:-1])
+put("packed.dcm", dicom(a[0], (0, 0, 0)).replace(b"1.2.840.10008.1.2.1\0", b"1.2.840.10008.1.2.4."))
+put("sizes/1.tif", tiff(a[:1]))
+put("sizes/2.tif", tiff(a[:1, :, :20]))
+whole = tiff(a, packed=True)
+put("cut.tif", whole[:len(whole) // 2])
+put("cut.mha", meta(a, "LOCAL") + a.tobytes()[:-1])
+put("cut.nii.gz", gzip.compress(nifti(a, "<") + a.tobytes())[:2000])
+put("long.mha", meta(a, "LOCAL").replace(b"MET_USHORT", b"MET_LONG") + a.tobytes() * 4)
+put("text.nrrd", b"NRRD0001\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: bzip2\n\n12345678")
+with open(f"{folder}/names.txt", "w") as f:
+    f.writelines(lines)

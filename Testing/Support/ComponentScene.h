@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "ExpectTruth.h"
+#include "Scene.h"
+#include "TruthComponents.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+class vtkColorTransferFunction;
+class vtkPiecewiseFunction;
+
+namespace teravox::test
+{
+
+/// The image of MakeImage() with several components, each from another view of the field. Of
+/// `range` low and high are those of the options, the same for all.
+vtkSmartPointer<vtkImageData> MakeComponentImage(const ImageOptions& options, int components);
+/// The same from the component's number and the place.
+vtkSmartPointer<vtkImageData> MakeComponentImage(const ImageOptions& options, int components,
+  const std::function<double(int, double, double, double)>& field);
+
+/// Functions for the components of a stage: `shapes` one after the other, with colours of their
+/// own.
+void SetComponentTransfer(Stage& stage, const std::vector<OpacityShape>& shapes, double low,
+  double high, double unitDistance);
+
+/// The truth of what a stage shows of a source with several components; both have to outlive it.
+class ComponentTruth
+{
+public:
+  ComponentTruth(Stage& stage, const std::shared_ptr<BrickSource>& source);
+  const TruthComponents& Scene() const { return this->Scene_; }
+  /// See StageTruth::Excess().
+  ImageDifference Excess(
+    const std::vector<float>& picture, double small, ImageDifference* plain = nullptr) const;
+
+private:
+  std::vector<std::shared_ptr<BrickSource>> Scalars;
+  std::vector<std::unique_ptr<StageTruth>> Parts;
+  TruthComponents Scene_;
+  int Width;
+};
+
+/// See ExpectTruth().
+void ExpectComponentTruth(Stage& stage, const std::shared_ptr<BrickSource>& source,
+  const std::string& name, const Bounds& bounds = {});
+
+} // namespace teravox::test

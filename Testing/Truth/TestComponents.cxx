@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The integrator for several components: against the one for a single component, a closed form, and
+// many small steps of the formula that VTK's shader has per sample.
+#include "TruthComponents.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <memory>
+
+using namespace teravox;
+
+namespace
+{
+
+TruthTransfer Function(double low, double high, double alpha, const Double3& color)
+{
+  return TruthTransfer::PiecewiseLinear(
+    { { low, 0 }, { 0.5 * (low + high), alpha }, { high, 0.3 * alpha } },
+    { { low, color }, { high, { color[2], color[0], color[1] } } }, 1.3);
+}
+
+// Components of a small volume, looked at from outside.
+struct Fixture
+{
+  explicit Fixture(int components, TruthInterpolation interpolation = TruthInterpolation::Linear)
+    : Camera(TruthCamera::LookAt({ 22, 17, 26 }, { 4.5, 4.5, 4.5 }, { 0, 0, 1 }),
+        TruthCamera::Frustum(-0.2, 0.2, -0.2, 0.2, 1, 100), 8, 8)
+  {
+    for (int c = 0; c < components; ++c)
+    {
+      const auto field = [c](std::int64_t i, std::int64_t j, std::int64_t k)
+      {
+        const auto x = static_cast<double>(i);
+        const auto y = static_cast<double>(j);
+        const auto z = static_cast<double>(k);
+        return std::sin(0.9 * x + c) + std::cos(1.1 * y - 0.5 * c) * std::sin(0.7 * z + 2 * c);
+      };
+      this->Volumes.push_back(std::make_unique<TruthVolume>(
+        std::vector<TruthLevel>{ TruthLevel::FromFunction(field, { 10, 10, 10 }) },
+        TruthVolume::WorldFromVoxel({ 0, 0, 0 }, { 1, 1, 1 }), interpolation, false));
+      this->Transfers.push_back(std::make_unique<TruthTransfer>(
+        Function(-0.8 + 0.2 * c, 1.2, 0.15 + 0.1 * c, { 1.0 - 0.3 * c, 0.2 + 0.2 * c, 0.5 })));
+      this->Scenes.push_back(
+        std::make_unique<TruthScene>(TruthScene{ *this->Volumes.back(), *this->Transfers.back(),
+          this->Camera, TruthLevelOfDetail(*this->Volumes.back(), this->Camera, 0, 0, 0) }));
+      this->All.Parts.push_back(this->Scenes.back().get());
+      this->All.Weights.push_back(1.0 - 0.25 * c);
+    }
+  }
+  TruthCamera Camera;
+  std::vector<std::unique_ptr<TruthVolume>> Volumes;
+  std::vector<std::unique_ptr<TruthTransfer>> Transfers;
+  std::vector<std::unique_ptr<TruthScene>> Scenes;
+  TruthComponents All;
+};
+
+// VTK's formula per sample, with a step so small that its limit is reached.
+TruthColor SmallSteps(const Fixture& f, int x, int y, int steps)
+{
+  const TruthRay ray = f.Camera.Ray(x, y);
+  TruthColor sum{};
+  for (const TruthLevelSpan& span : LevelSpans(*f.All.Parts[0], x, y))
+  {
+    const double begin = ray.LengthAtDepth(span.DepthBegin);
+    const double step = (ray.LengthAtDepth(span.DepthEnd) - begin) / steps;
+    for (int i = 0; i < steps; ++i)
+    {
+      const Double3 at = ray.At(begin + (i + 0.5) * step);
+      double total = 0;
+      double squares = 0;
+      Double3 light{};
+      for (std::size_t c = 0; c < f.All.Parts.size(); ++c)
+      {
+        const TruthVolume& volume = *f.Volumes[c];
+        const double v = volume.Field(0, TransformPoint(volume.VoxelFromWorld(), at));
+        const TruthTransfer& function = *f.Transfers[c];
+        const double a = 1 - std::pow(1 - function.GetAlpha(v), step / function.UnitDistance());
+        total += f.All.Weights[c] * a;
+        squares += a * a;
+        light = light + f.All.Weights[c] * a * function.GetColor(v);
+      }
+      const double left = 1 - sum[3];
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        sum[k] += left * light[k];
+      }
+      sum[3] += total > 0 ? left * squares / total : 0;
+    }
+  }
+  return sum;
+}
+} // namespace
+
+TEST(TruthComponents, OneIsWhatTheIntegratorForOneGives)
+{
+  for (const auto interpolation : { TruthInterpolation::Linear, TruthInterpolation::Nearest })
+  {
+    const Fixture f(1, interpolation);
+    double seen = 0;
+    for (const TruthPixel& pixel : AllPixels(f.Camera))
+    {
+      const TruthColor one = IntegratePixel(*f.All.Parts[0], pixel.X, pixel.Y);
+      const TruthColor all = IntegrateComponents(f.All, pixel.X, pixel.Y);
+      for (std::size_t k = 0; k < 4; ++k)
+      {
+        EXPECT_NEAR(all[k], one[k], 1e-8) << pixel.X << ", " << pixel.Y;
+      }
+      seen = std::max(seen, one[3]);
+    }
+    EXPECT_GT(seen, 0.3);
+  }
+}
+
+TEST(TruthComponents, SeveralAreTheLimitOfVTKsFormula)
+{
+  for (const int components : { 2, 3, 4 })
+  {
+    const Fixture f(components);
+    for (const TruthPixel& pixel : PixelBox(f.Camera, 3, 3, 2, 2))
+    {
+      const TruthColor exact = IntegrateComponents(f.All, pixel.X, pixel.Y);
+      const TruthColor steps = SmallSteps(f, pixel.X, pixel.Y, 100000);
+      EXPECT_GT(exact[3], 0.3);
+      for (std::size_t k = 0; k < 4; ++k)
+      {
+        EXPECT_NEAR(exact[k], steps[k], 1e-4) << components << " components"; // first order
+      }
+    }
+  }
+}

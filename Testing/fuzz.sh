@@ -1,0 +1,73 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: Teravox contributors
+# SPDX-License-Identifier: BSD-3-Clause
+#
+# Mutated files of every format, chunks and XML under clang's address and undefined-behaviour
+# sanitizers.
+#
+#   fuzz.sh [number of inputs per target, default 100000] [target...]
+#
+# Builds in build/fuzz (TERAVOX_BUILD_DIR changes build/). What it finds lies in build/fuzz/found. The
+# exit code is 0 if nothing was found but crashes of the HDF5 library itself, which are counted.
+set -euo pipefail
+root=$(cd "$(dirname "$0")/.." && pwd)
+build=${TERAVOX_BUILD_DIR:-$root/build}/fuzz
+runs=${1:-100000}
+shift || true
+targets=("$@")
+[ $# -gt 0 ] || targets=(FuzzXml FuzzChunk FuzzFile)
+python=${PYTHON:-/usr/bin/python3}
+
+clang=$(command -v clang++-14 || command -v clang++) || {
+  echo "fuzz.sh: clang++ is needed (Debian: clang-14)." >&2
+  exit 2
+}
+mkdir -p "$build" "$build/found"
+cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+  -DCMAKE_CXX_COMPILER="$clang" -DCMAKE_C_COMPILER="${clang/++/}" \
+  -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -g -fsanitize=fuzzer-no-link" \
+  -DPython3_EXECUTABLE="$python" -DTERAVOX_BUILD_VTK=OFF -DTERAVOX_BUILD_TESTING=OFF \
+  -DTERAVOX_BUILD_FUZZ=ON -DTERAVOX_SANITIZE=address,undefined -DTERAVOX_WARNINGS_AS_ERRORS=OFF \
+  >"$build.configure.log" 2>&1 || { tail -30 "$build.configure.log"; exit 1; }
+cmake --build "$build" -j "$(nproc)" --target "${targets[@]}" -- --quiet
+
+seeds=$build/seeds
+"$python" -B "$root/Testing/Fuzz/make_seeds.py" "$seeds"
+
+export ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1:detect_odr_violation=0
+export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
+failed=0
+for target in "${targets[@]}"; do
+  corpus=$build/corpus/$target
+  mkdir -p "$corpus"
+  left=$runs
+  excused=0
+  seed=1
+  start=$SECONDS
+  while [ "$left" -gt 0 ]; do
+    log=$build/$target.log
+    result=0
+    "$build/$(cd "$build" && find . -name "$target" -type f | head -1)" -runs="$left" -seed="$seed" \
+      -timeout=20 -rss_limit_mb=2048 -malloc_limit_mb=1024 -max_len=300000 -print_final_stats=1 \
+      -artifact_prefix="$build/found/$target-" "$corpus" "$seeds/$target" >"$log" 2>&1 || result=$?
+    done_now=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -1)
+    [ -n "$done_now" ] || done_now=$(grep -oE '^#[0-9]+' "$log" | tail -1 | tr -d '#')
+    left=$((left - ${done_now:-1}))
+    seed=$((seed + 1))
+    [ "$result" -ne 0 ] || break
+    # The innermost frame outside of the C library and of the sanitizers tells whose fault it is.
+    frame=$(grep -E '^ *#[0-9]+ ' "$log" | grep -vE 'libc\.so|__asan|__interceptor|__sanitizer|in (mem|str)|\(BuildId.*libasan' |
+      head -1 || true)
+    if echo "$frame" | grep -q libhdf5; then
+      excused=$((excused + 1))
+    else
+      echo "== $target: FOUND after $((runs - left)) inputs; see $log and $build/found"
+      tail -40 "$log"
+      cp "$log" "$build/found/$target.log"
+      failed=1
+      break
+    fi
+  done
+  echo "== $target: $((runs - (left > 0 ? left : 0))) inputs in $((SECONDS - start)) s, $excused crashes of the HDF5 library"
+done
+exit "$failed"

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // `teravox bench error`: run time against error, our mapper beside VTK's.
+#include "BenchFetch.h"
 #include "BenchMeasure.h"
 #include "BenchPlots.h"
 #include "BenchResults.h"
@@ -79,6 +80,7 @@ Result<BenchSceneResult> MeasureScene(const BenchErrorOptions& options, const Be
   }
   result.Type = ToString(volume.Value().Type);
   result.Dimensions = volume.Value().Dimensions;
+  result.FetchSeconds = BareFetchSeconds(volume.Value());
   Status status = WriteBenchVolume(volume.Value(), VolumeFile(options.Work));
   std::map<BenchLevels, std::unique_ptr<BenchTruth>> truths;
   for (const std::string& mapper : options.Mappers)
@@ -111,6 +113,13 @@ Result<BenchSceneResult> MeasureScene(const BenchErrorOptions& options, const Be
       return status;
     }
     BenchTaskResult& own = measured.Value();
+    for (BenchPoint& point : own.Points)
+    {
+      const double pixels = static_cast<double>(options.Size[0]) * options.Size[1];
+      point.LimitSeconds = point.ContributingPerPixel < 0
+        ? -1
+        : point.ContributingPerPixel * pixels * result.FetchSeconds;
+    }
     result.Points.insert(result.Points.end(), own.Points.begin(), own.Points.end());
     result.LeftOut.insert(result.LeftOut.end(), own.LeftOut.begin(), own.LeftOut.end());
   }

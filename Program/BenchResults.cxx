@@ -37,6 +37,12 @@ std::string SettingText(const std::string& mapper, double setting)
   return IsOurs(mapper) ? fmt::format("{:g}/255", setting) : fmt::format("{:g} vox", setting);
 }
 
+/// Processor time over the limit; empty where that isn't known.
+std::string TimesLimit(const BenchPoint& point)
+{
+  return point.LimitSeconds > 0 ? fmt::format("{:.1f}", point.CPUSeconds / point.LimitSeconds) : "";
+}
+
 std::string Count(double number)
 {
   return number < 0 ? "" : fmt::format("{:.1f}", number);
@@ -62,6 +68,7 @@ nlohmann::ordered_json ToJson(const BenchPoint& point)
     json["converged"] = point.Converged;
     json["samples_per_pixel"] = point.SamplesPerPixel;
     json["contributing_samples_per_pixel"] = point.ContributingPerPixel;
+    json["limit_cpu_seconds"] = point.LimitSeconds;
   }
   return json;
 }
@@ -84,6 +91,7 @@ nlohmann::ordered_json ToJson(const BenchSceneResult& result)
   json["dimensions"] = result.Dimensions;
   json["type"] = result.Type;
   json["shaded"] = result.Scene.Shade;
+  json["bare_fetch_seconds"] = result.FetchSeconds;
   json["points"] = nlohmann::ordered_json::array();
   for (const BenchPoint& point : result.Points)
   {
@@ -233,9 +241,9 @@ void PrintHeader()
   fmt::print("Errors in 1/255 (red, green, blue over black); envelope: what is left outside of 9 "
              "rays within 1/32 pixel.\n");
   fmt::print(
-    "{:<22} {:<16} {:>9} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} | {:>8} {:>8} | {:>8} {:>8}\n",
+    "{:<22} {:<16} {:>9} {:>9} {:>9} {:>8} {:>8} {:>8} {:>8} | {:>8} {:>8} | {:>8} {:>8} {:>8}\n",
     "scene", "mapper", "setting", "ms", "CPU ms", "max", "99.9 %", "99 %", "rms", "env. max",
-    "99.9 %", "samples", "contrib.");
+    "99.9 %", "samples", "contrib.", "x limit");
 }
 
 void PrintScene(const BenchSceneResult& result)
@@ -250,11 +258,11 @@ void PrintScene(const BenchSceneResult& result)
     const BenchErrors& e = point.Errors;
     fmt::print(
       "{:<22} {:<16} {:>9} {:>9.1f} {:>9.1f} {:>8.3f} {:>8.3f} {:>8.3f} {:>8.4f} | {:>8.3f} "
-      "{:>8.3f} | {:>8} {:>8}{}\n",
+      "{:>8.3f} | {:>8} {:>8} {:>8}{}\n",
       result.Scene.Name, point.Mapper, SettingText(point.Mapper, point.Setting),
       1e3 * point.MedianSeconds, 1e3 * point.CPUSeconds, 255 * e.Max, 255 * e.Percentile999,
       255 * e.Percentile99, 255 * e.Rms, 255 * e.EnvelopeMax, 255 * e.EnvelopePercentile999,
-      Count(point.SamplesPerPixel), Count(point.ContributingPerPixel),
+      Count(point.SamplesPerPixel), Count(point.ContributingPerPixel), TimesLimit(point),
       point.Converged ? "" : " NOT CONVERGED");
   }
   for (const BenchLeftOut& left : result.LeftOut)
@@ -325,7 +333,7 @@ Status WriteCsv(const std::vector<BenchSceneResult>& results, const std::string&
   std::string text =
     "scene,mapper,setting,first_seconds,median_seconds,median_cpu_seconds,max,percentile_99_9,"
     "percentile_99,rms,envelope_max,envelope_percentile_99_9,samples_per_pixel,"
-    "contributing_samples_per_pixel,converged\n";
+    "contributing_samples_per_pixel,limit_cpu_seconds,converged\n";
   for (const BenchSceneResult& result : results)
   {
     for (const BenchPoint& p : result.Points)
@@ -333,10 +341,11 @@ Status WriteCsv(const std::vector<BenchSceneResult>& results, const std::string&
       const BenchErrors& e = p.Errors;
       text +=
         fmt::format("{},{},{:g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},"
-                    "{},{},{}\n",
+                    "{},{},{},{}\n",
           result.Scene.Name, p.Mapper, p.Setting, p.FirstSeconds, p.MedianSeconds, p.CPUSeconds,
           e.Max, e.Percentile999, e.Percentile99, e.Rms, e.EnvelopeMax, e.EnvelopePercentile999,
-          Count(p.SamplesPerPixel), Count(p.ContributingPerPixel), p.Converged ? 1 : 0);
+          Count(p.SamplesPerPixel), Count(p.ContributingPerPixel),
+          p.LimitSeconds < 0 ? "" : fmt::format("{:.6g}", p.LimitSeconds), p.Converged ? 1 : 0);
     }
   }
   return WriteText(text, file);

@@ -36,6 +36,7 @@ struct BenchPoint
   bool Converged = true;
   double SamplesPerPixel = -1;      ///< -1: unknown
   double ContributingPerPixel = -1; ///< of these; -1: unknown
+  double LimitSeconds = -1;         ///< processor time of the contributing samples' bare fetches
   std::string Picture;              ///< file, until it has been compared
   BenchErrors Errors;
 };
@@ -53,6 +54,7 @@ struct BenchSceneResult
   std::string Skipped; ///< why, in one sentence; empty if it was measured
   std::string Type;
   Int3 Dimensions{ 0, 0, 0 };
+  double FetchSeconds = 0; ///< see BareFetchSeconds
   std::vector<BenchPoint> Points;
   std::vector<BenchLeftOut> LeftOut;
 };

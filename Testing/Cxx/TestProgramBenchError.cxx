@@ -104,6 +104,10 @@ TEST_F(ProgramBenchError, OneSmallScene)
       EXPECT_TRUE(point["converged"]);
       EXPECT_LT(error["percentile_99"], point["tolerance"]);
       EXPECT_GT(point["samples_per_pixel"], point["contributing_samples_per_pixel"]);
+      const double fetches = 64.0 * 64.0 * double(point["contributing_samples_per_pixel"]);
+      const double limit = fetches * double(scene["bare_fetch_seconds"]);
+      EXPECT_GT(limit, 0);
+      EXPECT_NEAR(point["limit_cpu_seconds"], limit, 1e-9 * limit);
     }
     else
     {

@@ -20,12 +20,16 @@ function (teravox_own_target target)
   endif ()
 endfunction ()
 
-# teravox_add_gtest(<name> LABEL <label> [LIBS ...] SOURCES ...): one GoogleTest program, each test of
-# it a CTest test.
+# teravox_add_gtest(<name> LABEL <label> [FILTER <tests>] [LIBS ...] SOURCES ...): one GoogleTest
+# program, each test of it (that the filter names) a CTest test.
 function (teravox_add_gtest name)
-  cmake_parse_arguments(arg "" "LABEL;TIMEOUT" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(arg "" "LABEL;TIMEOUT;FILTER" "SOURCES;LIBS" ${ARGN})
   if (NOT arg_TIMEOUT)
     set(arg_TIMEOUT 300)
+  endif ()
+  set(filter)
+  if (arg_FILTER)
+    set(filter TEST_FILTER "${arg_FILTER}")
   endif ()
   add_executable(${name} ${arg_SOURCES})
   teravox_own_target(${name})
@@ -33,5 +37,6 @@ function (teravox_add_gtest name)
   gtest_discover_tests(${name}
     DISCOVERY_MODE PRE_TEST
     DISCOVERY_TIMEOUT 120
+    ${filter}
     PROPERTIES LABELS "${arg_LABEL}" TIMEOUT ${arg_TIMEOUT} SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]")
 endfunction ()

@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <exception>
 #include <limits>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -402,6 +403,7 @@ std::vector<std::string> HDF5File::Children(const std::string& path, std::size_t
   {
     std::vector<std::string> Names;
     std::size_t Limit = 0;
+    std::exception_ptr Error;
   } state;
   state.Limit = limit;
   const HDF5Lock lock;
@@ -417,11 +419,23 @@ std::vector<std::string> HDF5File::Children(const std::string& path, std::size_t
   const auto take = [](hid_t, const char* name, const H5L_info_t*, void* data) -> herr_t
   {
     State& s = *static_cast<State*>(data);
-    s.Names.emplace_back(name);
+    try
+    {
+      s.Names.emplace_back(name);
+    }
+    catch (...)
+    {
+      s.Error = std::current_exception(); // not through the library, which would stay locked
+      return -1;
+    }
     return s.Names.size() < s.Limit ? 0 : 1;
   };
   hsize_t next = 0;
   H5Literate(group.Get(), H5_INDEX_NAME, H5_ITER_INC, &next, take, &state);
+  if (state.Error)
+  {
+    std::rethrow_exception(state.Error);
+  }
   return state.Names;
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "HDF5Lock.h"
 
+#include <array>
 #include <cstring>
 
 namespace teravox
@@ -10,7 +11,8 @@ namespace teravox
 namespace
 {
 thread_local std::uint64_t Failures = 0;
-thread_local std::string LastFailure;
+// The library calls back what must not throw: no text that needs memory.
+thread_local std::array<char, 512> LastFailure{};
 
 // The library's driver says so, with errno.
 herr_t NoteReadFailure(hid_t stack, void*)
@@ -21,7 +23,7 @@ herr_t NoteReadFailure(hid_t stack, void*)
     if (n == 0 && error->desc != nullptr && std::strstr(error->desc, text) != nullptr)
     {
       ++Failures;
-      LastFailure = error->desc;
+      std::strncpy(LastFailure.data(), error->desc, LastFailure.size() - 1);
     }
     return 0;
   };
@@ -52,26 +54,27 @@ std::uint64_t HDF5Lock::ReadFailures()
   return Failures;
 }
 
-const std::string& HDF5Lock::LastReadFailure()
+const char* HDF5Lock::LastReadFailure()
 {
-  return LastFailure;
+  return LastFailure.data();
 }
 
 std::string HDF5Lock::TakeError() const
 {
-  std::string text;
+  const char* description = nullptr; // the library's, until it is cleared
   const auto first = [](unsigned, const H5E_error2_t* error, void* out) -> herr_t
   {
-    auto& message = *static_cast<std::string*>(out);
-    if (message.empty() && error->desc != nullptr)
+    const char*& message = *static_cast<const char**>(out);
+    if (message == nullptr && error->desc != nullptr && *error->desc != 0)
     {
       message = error->desc;
     }
     return 0;
   };
-  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, first, &text);
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, first, &description);
+  std::string text = description != nullptr ? description : "no reason given";
   H5Eclear2(H5E_DEFAULT);
-  return text.empty() ? "no reason given" : text;
+  return text;
 }
 
 bool HDF5Lock::TakeUnallocated() const

@@ -33,8 +33,8 @@ public:
   /// How often, in this thread, a call under a lock has failed because a file couldn't be read: the
   /// library says of an object that it doesn't exist, too, when the disk has failed.
   static std::uint64_t ReadFailures();
-  /// What the last one was.
-  static const std::string& LastReadFailure();
+  /// What the last one was; empty if there was none.
+  static const char* LastReadFailure();
 
 private:
   static std::mutex& Mutex();

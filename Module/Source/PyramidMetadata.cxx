@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "PyramidMetadata.h"
 
+#include "JsonDocument.h"
 #include "PyramidFormat.h"
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 namespace teravox
@@ -87,8 +87,8 @@ Status ReadImage(const HDF5File& file, PyramidMetadata& m)
 // Throws json::exception where the text isn't as expected.
 Status ReadLevels(const HDF5File& file, const std::string& text, PyramidMetadata& m)
 {
-  const json document = json::parse(text);
-  const json& datasets = document.at(0).at("datasets");
+  const JsonDocument document(text);
+  const json& datasets = document.Root().at(0).at("datasets");
   std::vector<std::string> paths;
   std::vector<Int3> factors;
   Double3 finest{};

@@ -57,6 +57,34 @@ TEST(FormatsAMR, CellsLieWhereTheFileSays)
   EXPECT_NE(SeenBy(*open).find("are NaN"), std::string::npos) << SeenBy(*open);
 }
 
+TEST(FormatsAMR, BoxesAndCellsChangeWithTheSteps)
+{
+  TERAVOX_FORMAT_FILES(files, "amr");
+  for (const std::string name : { "moving", "moving_older" })
+  {
+    for (int t = 0; t < 4; ++t)
+    {
+      SCOPED_TRACE(name + ", step " + std::to_string(t));
+      const auto source = OpenFormat(files->File(name + ".vtkhdf"), FormatOptions(0, t));
+      ASSERT_TRUE(source);
+      EXPECT_EQ(source->Description().Times, (std::vector<double>{ 1, 1.25, 1.5, 1.75 }));
+      const PyramidLayout& layout = source->Info().Layout;
+      // The same levels at all times, whether they have boxes or not.
+      ASSERT_EQ(layout.NumberOfLevels(), 3);
+      EXPECT_EQ(layout.Dimensions(0), (Int3{ 48, 36, 24 }));
+      for (int level = 0; level < 3; ++level)
+      {
+        ExpectLevelIs(*source, level, layout.Dimensions(level),
+          files->Array(name + "." + std::to_string(t) + "." + std::to_string(level)), 2);
+      }
+    }
+    // An array that doesn't change.
+    const auto still = OpenFormat(files->File(name + ".vtkhdf"), FormatOptions(1, 1));
+    ASSERT_TRUE(still);
+    ExpectLevelIs(*still, 0, { 48, 36, 24 }, files->Array(name + ".0.0"), 2);
+  }
+}
+
 TEST(FormatsAMR, LittleMemoryIsEnough)
 {
   TERAVOX_FORMAT_FILES(files, "amr");
@@ -82,7 +110,19 @@ TEST(FormatsAMR, ContradictionsAreNamed)
   fails("table", StatusCode::Corrupt, "'/VTKHDF/Level0/AMRBox'");
   fails("spacing", StatusCode::Unsupported, "whole number along x");
   fails("hole", StatusCode::Unsupported, "leave cells open");
-  fails("steps", StatusCode::Unsupported, "steps in time");
+  fails("steps", StatusCode::Corrupt, "NSteps");
+  fails("no_offsets", StatusCode::Corrupt, "Level1/AMRBoxOffsets' doesn't have 4 entries");
+  const auto failsAt = [&](const char* name, int time, StatusCode code, const char* text)
+  {
+    const std::string file = files->File(name + std::string(".vtkhdf"));
+    ExpectOpenFails(file, FormatOptions(0, time), code, text);
+  };
+  failsAt("few_boxes", 3, StatusCode::Corrupt, "Level1/AMRBox' lacks boxes of step 3");
+  failsAt("few_cells", 3, StatusCode::Corrupt, "Level0/CellData/density' doesn't have the");
+  failsAt("no_step", 1, StatusCode::Corrupt, "no possible entry for step 1");
+  failsAt("moving", 4, StatusCode::InvalidArgument, "4 time points");
+  ExpectOpenFails(files->File("moving.vtkhdf"), FormatOptions(VolumeRequest::AllChannels, 1),
+    StatusCode::Unsupported, "choose one of them");
   fails("nothing", StatusCode::NotFound, "no cell data");
   fails("no_levels", StatusCode::Corrupt, "/VTKHDF/Level0");
 }

@@ -183,6 +183,43 @@ TEST(FormatsFilters, DamagedChunksAreCorruptOrOfTheRightSize)
   }
 }
 
+/// A dataset whose chunks say that they went through a filter that nobody here has.
+void WriteWithFilter(const std::string& file, int filter)
+{
+  const hid_t id = H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  const std::array<hsize_t, 3> size{ 8, 8, 8 };
+  const hid_t space = H5Screate_simple(3, size.data(), nullptr);
+  const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_chunk(creation, 3, size.data());
+  EXPECT_GE(H5Pset_filter(creation, filter, H5Z_FLAG_OPTIONAL, 0, nullptr), 0);
+  const hid_t dataset =
+    H5Dcreate2(id, "v", H5T_STD_U8LE, space, H5P_DEFAULT, creation, H5P_DEFAULT);
+  const std::array<hsize_t, 3> offset{ 0, 0, 0 };
+  const Bytes chunk(512, std::byte{ 1 });
+  EXPECT_GE(H5Dwrite_chunk(dataset, H5P_DEFAULT, 0, offset.data(), chunk.size(), chunk.data()), 0);
+  H5Dclose(dataset);
+  H5Pclose(creation);
+  H5Sclose(space);
+  H5Fclose(id);
+}
+
+TEST(FormatsFilters, AnUnknownOneIsNamedWithWhatToInstall)
+{
+  const TemporaryFolder folder;
+  const std::string file = folder.File("unknown.h5");
+  for (const auto& [filter, name] :
+    std::vector<std::pair<int, std::string>>{
+      { 32013, "32013 (ZFP)" }, { 32026, "32026 (Blosc2)" }, { 40123, "40123 isn't installed" } })
+  {
+    SCOPED_TRACE(name);
+    WriteWithFilter(file, filter);
+    for (const char* text : { name.c_str(), "HDF5 filter plugin", "HDF5_PLUGIN_PATH", "h5repack" })
+    {
+      ExpectOpenFails(file, FormatOptions(), StatusCode::Unsupported, text);
+    }
+  }
+}
+
 TEST(FormatsFilters, ParametersThatCantBeAreLeftToTheLibrary)
 {
   const auto complete = [](int id, std::vector<unsigned> parameters) {

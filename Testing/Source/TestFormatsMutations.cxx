@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Effort.h"
 #include "TestFormatsSupport.h"
 
 #include <algorithm>
@@ -10,6 +11,10 @@
 #include <hdf5.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
+
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/common_interface_defs.h>
+#endif
 
 namespace teravox::testing
 {
@@ -26,16 +31,18 @@ enum class End
 
 constexpr int ExitOfLibrary = 77;
 
-/// Of an access to memory that isn't there: tells whose it was by the innermost frame beyond libc.
+/// Of an access to memory that isn't there, or of what a sanitizer found: tells whose it was by the
+/// innermost frame beyond libc and sanitizers.
 void TellWhoseItWas(int)
 {
-  void* frames[24];
-  const int count = ::backtrace(frames, 24);
+  void* frames[40];
+  const int count = ::backtrace(frames, 40);
   for (int i = 1; i < count; ++i) // 0 is this function
   {
     Dl_info info{};
     const std::string object = ::dladdr(frames[i], &info) != 0 ? info.dli_fname : "";
-    if (object.find("libc.") == std::string::npos)
+    if (object.find("libc.") == std::string::npos && object.find("libasan") == std::string::npos &&
+      object.find("libubsan") == std::string::npos)
     {
       ::_exit(object.find("libhdf5") != std::string::npos ? ExitOfLibrary : 2);
     }
@@ -43,24 +50,41 @@ void TellWhoseItWas(int)
   ::_exit(2);
 }
 
-/// Runs `work` in a process of its own, with at most 4 GiB of addresses and ten seconds.
+/// Whatever ends the process by a violation tells whose it was.
+void WatchForViolations()
+{
+  void* first[1];
+  ::backtrace(first, 1); // loads what it needs
+  std::signal(SIGSEGV, &TellWhoseItWas);
+  std::signal(SIGBUS, &TellWhoseItWas);
+#ifdef __SANITIZE_ADDRESS__
+  __sanitizer_set_death_callback([] { TellWhoseItWas(0); });
+#endif
+}
+
+/// At most 4 GiB of addresses, of which sanitizers need far more for their own.
+void LimitAddresses()
+{
+#ifndef __SANITIZE_ADDRESS__
+  rlimit limit{};
+  ::getrlimit(RLIMIT_AS, &limit);
+  limit.rlim_cur = rlim_t{ 4 } << 30;
+  ::setrlimit(RLIMIT_AS, &limit);
+#endif
+}
+
+/// Runs `work` in a process of its own, within these addresses and ten seconds.
 template <typename Work>
 End InChild(const Work& work)
 {
   const pid_t child = ::fork();
   if (child == 0)
   {
-    rlimit limit{};
-    ::getrlimit(RLIMIT_AS, &limit);
-    limit.rlim_cur = rlim_t{ 4 } << 30;
-    ::setrlimit(RLIMIT_AS, &limit);
+    LimitAddresses();
     const rlimit none{ 0, 0 };
     ::setrlimit(RLIMIT_CORE, &none);
     ::alarm(10);
-    void* first[1];
-    ::backtrace(first, 1); // loads what it needs
-    std::signal(SIGSEGV, &TellWhoseItWas);
-    std::signal(SIGBUS, &TellWhoseItWas);
+    WatchForViolations();
     bool good = false;
     try
     {
@@ -232,6 +256,7 @@ void Mutate(const std::string& file, unsigned seed, int trials)
   const std::string name = folder.File("mutated" + extension);
   std::mt19937 random(seed);
   int excused = 0;
+  trials = test::Effort(trials, trials / 4);
   for (int trial = 0; trial < trials; ++trial)
   {
     std::string bytes = whole;

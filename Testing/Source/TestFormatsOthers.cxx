@@ -162,6 +162,19 @@ TEST(FormatsVTKHDF, StepsAreTime)
   }
 }
 
+TEST(FormatsVTKHDF, StepsOfAnyNumberOfComponents)
+{
+  TERAVOX_FORMAT_FILES(files, "vtkhdf");
+  const auto nine = OpenFormat(files->File("nine_moving.vtkhdf"), FormatOptions(7, 1));
+  ASSERT_TRUE(nine);
+  EXPECT_EQ(nine->Description().Channels.size(), 9u);
+  ExpectLevelIs(*nine, 0, Small, files->Array("nine_moving"), 4);
+  const auto three = OpenFormat(files->File("three_moving.vtkhdf"), FormatOptions(0, 1));
+  ASSERT_TRUE(three);
+  EXPECT_EQ(three->Info().Components, 3);
+  ExpectLevelIs(*three, 0, Small, files->Array("three_moving"), 3);
+}
+
 TEST(FormatsVTKHDF, ContradictionsAreNamed)
 {
   TERAVOX_FORMAT_FILES(files, "vtkhdf");

@@ -1,21 +1,15 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ConversionLog.h"
+#include "FileContents.h"
 #include "TestPyramidSupport.h"
 
 #include <fstream>
-#include <iterator>
 
 namespace teravox::testing
 {
 namespace
 {
-
-std::string Contents(const std::string& file)
-{
-  std::ifstream in(file, std::ios::binary);
-  return { std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>() };
-}
 
 VoxelReader::Description SomeVolume()
 {
@@ -86,7 +80,7 @@ protected:
     const auto report = PyramidWriter::Write(this->Folder.File("whole.h5"), this->Reader, options);
     EXPECT_TRUE(report.Ok()) << report.GetStatus().Message();
     this->Chunks = report.Value().ChunksWritten;
-    std::string contents = Contents(this->Folder.File("whole.h5"));
+    std::string contents = ContentsOf(this->Folder.File("whole.h5"));
     std::filesystem::remove(this->Folder.File("whole.h5"));
     EXPECT_EQ(this->Folder.Count(), 0u);
     return contents;
@@ -126,7 +120,7 @@ TEST_F(PyramidResume, StoppedAnywhereTheFileIsTheSameByteByByte)
     }
     EXPECT_GT(stops, 5);
     EXPECT_GT(saved, this->Chunks / 2);
-    EXPECT_TRUE(Contents(file) == whole);
+    EXPECT_TRUE(ContentsOf(file) == whole);
     std::filesystem::remove(file);
     EXPECT_EQ(this->Folder.Count(), 0u);
   }
@@ -167,7 +161,7 @@ TEST_F(PyramidResume, DamagedRemainsAreMadeAgain)
     {
       const std::vector<std::string> names = FilesEnding(this->Folder, end);
       ASSERT_EQ(names.size(), 1u);
-      std::string bytes = Contents(names[0]);
+      std::string bytes = ContentsOf(names[0]);
       ASSERT_GT(bytes.size(), 300u);
       // A log's head names the task; another one is another conversion, which isn't this test.
       const std::size_t first = trial % 3 == 0 ? 1 << 20 : 300;
@@ -183,7 +177,7 @@ TEST_F(PyramidResume, DamagedRemainsAreMadeAgain)
     }
     const auto report = WriteUntil(file, this->Reader, options, 1 << 30);
     ASSERT_TRUE(report.Ok()) << report.GetStatus().Message();
-    ASSERT_TRUE(Contents(file) == whole) << trial;
+    ASSERT_TRUE(ContentsOf(file) == whole) << trial;
     std::filesystem::remove(file);
     ASSERT_EQ(this->Folder.Count(), 0u);
   }

@@ -56,6 +56,16 @@ for name, chunks in (("moving", (1, 9, 11, 13)), ("chunks_of_steps", (2, 4, 4, 5
         f["VTKHDF/Steps"].create_dataset("PointDataOffsets/p", data=np.array([0, 2, 2]))
         for t, k in enumerate((0, 2, 2)):
             keep(folder, f"{name}.{t}", a[k])
+with image("nine_moving", extent, steps=[0.0, 1.0]) as f:
+    a = np.stack([np.stack([volume((9, 11, 13), "<f4", 20 + 9 * t + k) for k in range(9)], -1)
+                  for t in range(2)])
+    f["VTKHDF"].create_dataset("PointData/tensor", data=a, chunks=(1, 4, 5, 6, 9))
+    v = np.stack([np.stack([volume((9, 11, 13), "u1", 50 + 3 * t + k) for k in range(3)], -1)
+                  for t in range(2)])
+    keep(folder, "nine_moving", a[1, ..., 7])
+with image("three_moving", extent, steps=[0.0, 1.0]) as f:
+    f["VTKHDF"].create_dataset("PointData/v", data=v, chunks=(1, 4, 5, 6, 3))
+    keep(folder, "three_moving", v[1])
 with image("flat", (0, 12, 0, 10, 4, 4)) as f:
     a = volume((1, 11, 13), "u1", 6)
     f["VTKHDF"].create_dataset("PointData/f", data=a[0])

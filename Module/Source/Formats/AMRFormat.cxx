@@ -64,7 +64,7 @@ Status ReadBoxes(const HDF5File& file, std::size_t level, AMRBoxes::Level& out)
   const std::string path = LevelPath(level) + "/AMRBox";
   const auto shape = file.DatasetShape(path);
   const auto numbers = file.DatasetNumbers(path, 6 * MostBoxes);
-  if (!shape || shape->size() != 2 || (*shape)[1] != 6 || !numbers || numbers->empty())
+  if (!shape || shape->size() != 2 || (*shape)[1] != 6 || !numbers)
   {
     return Corrupt(file,
       "'" + path + "' isn't a table of at most " + std::to_string(MostBoxes) +
@@ -100,10 +100,20 @@ Status ReadBoxes(const HDF5File& file, std::size_t level, AMRBoxes::Level& out)
   return {};
 }
 
-std::int64_t CellsOf(const AMRBoxes::Level& level)
+/// The cell behind the last one that a level's boxes have in its arrays.
+std::int64_t EndOf(const AMRBoxes::Level& level)
 {
+  if (level.Boxes.empty())
+  {
+    return 0;
+  }
   const AMRBoxes::Box& last = level.Boxes.back();
   return last.First + last.Size[0] * last.Size[1] * last.Size[2];
+}
+
+std::int64_t CellsOf(const AMRBoxes::Level& level)
+{
+  return level.Boxes.empty() ? 0 : EndOf(level) - level.Boxes.front().First;
 }
 
 /// Makes boxes relative to the domain, which is what level 0 spans. Returns its size in cells of
@@ -111,6 +121,10 @@ std::int64_t CellsOf(const AMRBoxes::Level& level)
 Status PlaceBoxes(const HDF5File& file, AMRBoxes& boxes, Int3& domainLow, Int3& domain)
 {
   Int3 high{};
+  if (boxes.Levels.front().Boxes.empty())
+  {
+    return Corrupt(file, "'" + LevelPath(0) + "/AMRBox' is empty");
+  }
   for (std::size_t a = 0; a < 3; ++a)
   {
     domainLow[a] = std::numeric_limits<std::int64_t>::max();
@@ -143,6 +157,75 @@ Status PlaceBoxes(const HDF5File& file, AMRBoxes& boxes, Int3& domainLow, Int3& 
           return Corrupt(file,
             "a box of '" + LevelPath(l) + "' reaches beyond those of level 0 along " + "xyz"[a]);
         }
+      }
+    }
+  }
+  return {};
+}
+
+/// A step's entry of a list of a level. Version 2.2 of the layout left out a letter of its name.
+Status ReadEntry(const HDF5File& file, std::size_t level, const std::string& name,
+  const std::string& older, const VolumeDescription& d, std::size_t step, std::int64_t& entry)
+{
+  const std::string group =
+    std::string(PyramidFormat::ImageGroup) + "/Steps/Level" + std::to_string(level) + "/";
+  entry = -1;
+  Status status = ReadVTKHDFStep(file, group + older, d.Times.size(), step, entry);
+  if (status.Ok() && entry < 0)
+  {
+    status = ReadVTKHDFStep(file, group + name, d.Times.size(), step, entry);
+  }
+  return status.Ok() && entry < 0
+    ? Corrupt(
+        file, "'" + group + name + "' doesn't have " + std::to_string(d.Times.size()) + " entries")
+    : status;
+}
+
+/// Leaves the boxes of one step, and lets them begin where its cells do, in all of these arrays.
+Status SelectStep(const HDF5File& file, const std::vector<std::string>& arrays,
+  const VolumeDescription& d, std::size_t step, AMRBoxes& boxes)
+{
+  for (std::size_t l = 0; l < boxes.Levels.size(); ++l)
+  {
+    std::vector<AMRBoxes::Box>& all = boxes.Levels[l].Boxes;
+    std::int64_t first = 0;
+    std::int64_t count = 0;
+    Status status = ReadEntry(file, l, "AMRBoxOffsets", "AMRBoxOffset", d, step, first);
+    if (status.Ok())
+    {
+      status = ReadEntry(file, l, "NumberOfAMRBoxes", "NumberOfAMRBox", d, step, count);
+    }
+    const auto size = static_cast<std::int64_t>(all.size());
+    if (status.Ok() && (count > size || first > size - count))
+    {
+      status =
+        Corrupt(file, "'" + LevelPath(l) + "/AMRBox' lacks boxes of step " + std::to_string(step));
+    }
+    std::int64_t begin = -1;
+    for (std::size_t a = 0; a < arrays.size() && status.Ok(); ++a)
+    {
+      std::int64_t own = 0;
+      status = ReadEntry(
+        file, l, "CellDataOffsets/" + arrays[a], "CellDataOffset/" + arrays[a], d, step, own);
+      if (status.Ok() && a > 0 && own != begin)
+      {
+        status = { StatusCode::Unsupported,
+          "In the file '" + file.Name() + "' the cells of step " + std::to_string(step) +
+            " begin at different places of the arrays; choose one of them by its channel." };
+      }
+      begin = own;
+    }
+    if (!status.Ok())
+    {
+      return status;
+    }
+    all = std::vector<AMRBoxes::Box>(all.begin() + first, all.begin() + first + count);
+    const std::int64_t before = all.empty() ? 0 : all.front().First;
+    for (AMRBoxes::Box& box : all)
+    {
+      if (__builtin_add_overflow(box.First - before, begin, &box.First))
+      {
+        return Corrupt(file, "the boxes of '" + LevelPath(l) + "' have too many cells");
       }
     }
   }
@@ -233,10 +316,12 @@ Status SetLevels(const HDF5File& file, const std::vector<std::string>& arrays, c
     {
       const std::string path = LevelPath(l) + "/CellData/" + arrays[c];
       const auto shape = file.DatasetShape(path);
-      if (!shape || shape->empty() || shape->size() > 2 || (*shape)[0] != CellsOf(from))
+      const std::int64_t cells = EndOf(from);
+      if (!shape || shape->empty() || shape->size() > 2 || (*shape)[0] < cells ||
+        (d.Times.size() < 2 && (*shape)[0] != cells))
       {
         return Corrupt(file,
-          "'" + path + "' doesn't have the " + std::to_string(CellsOf(from)) +
+          "'" + path + "' doesn't have the " + std::to_string(cells) +
             " cells of the boxes of its level");
       }
       if (rank != 0 && rank != shape->size())
@@ -278,13 +363,6 @@ Status CheckCover(const HDF5File& file, const Int3& domain, VolumeDescription& d
 
 Result<VolumeDescription> DescribeAMR(const HDF5File& file, const VolumeRequest& request)
 {
-  if (file.Has(std::string(PyramidFormat::ImageGroup) + "/Steps"))
-  {
-    return Status(StatusCode::Unsupported,
-      "The file '" + file.Name() +
-        "' holds VTKHDF of the type OverlappingAMR with steps in time; "
-        "only one without is supported.");
-  }
   VolumeDescription d;
   AMRBoxes boxes;
   Double3 coarsest{ 1, 1, 1 };
@@ -302,7 +380,21 @@ Result<VolumeDescription> DescribeAMR(const HDF5File& file, const VolumeRequest&
     return Status(StatusCode::NotFound,
       "The file '" + file.Name() + "' has no volume: its level 0 has no cell data.");
   }
-  status = CheckRequest(file, request, arrays.size(), 1);
+  const bool temporal = file.Has(std::string(PyramidFormat::ImageGroup) + "/Steps");
+  status = temporal ? ReadVTKHDFTimes(file, d) : Status();
+  if (status.Ok())
+  {
+    status = CheckRequest(file, request, arrays.size(), temporal ? d.Times.size() : 1);
+  }
+  if (status.Ok() && temporal)
+  {
+    std::vector<std::string> chosen;
+    for (const std::size_t c : ChannelsOf(request, arrays.size()))
+    {
+      chosen.push_back(arrays[c]);
+    }
+    status = SelectStep(file, chosen, d, static_cast<std::size_t>(request.TimePoint), boxes);
+  }
   if (!status.Ok())
   {
     return status;
@@ -331,7 +423,8 @@ Result<VolumeDescription> DescribeAMR(const HDF5File& file, const VolumeRequest&
   d.Seen.push_back(Counted(d.Levels.size(), "level") + " of refinement, " +
     std::to_string(d.Boxes->Levels.back().Boxes.size()) +
     (d.Boxes->Levels.back().Boxes.size() == 1 ? " box" : " boxes") + " at the finest of " +
-    Text(d.Levels.front().Size) + " cells, " + Counted(arrays.size(), "array") + ".");
+    Text(d.Levels.front().Size) + " cells, " + Counted(arrays.size(), "array") +
+    (temporal ? ", " + Counted(d.Times.size(), "step") : "") + ".");
   return d;
 }
 

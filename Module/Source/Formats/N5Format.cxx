@@ -3,10 +3,10 @@
 #include "N5Format.h"
 
 #include "FormatText.h"
+#include "JsonDocument.h"
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 namespace teravox
@@ -31,7 +31,8 @@ std::optional<std::vector<double>> Numbers(
     return numbers;
   }
   const auto text = file.Text(path, attribute);
-  const json value = text ? json::parse(*text, nullptr, false) : json();
+  const JsonDocument document = text ? JsonDocument(*text) : JsonDocument();
+  const json& value = document.Root();
   std::vector<double> numbers;
   const auto take = [&](const json& entry)
   {
@@ -167,7 +168,8 @@ Status ReadPaintera(const HDF5File& file, Place& place, VolumeDescription& d)
     return {};
   }
   const auto text = file.Text(place.Group, "painteraData");
-  const json data = text ? json::parse(*text, nullptr, false) : json();
+  const JsonDocument document = text ? JsonDocument(*text) : JsonDocument();
+  const json& data = document.Root();
   const std::string type = data.is_object() && data.contains("type") && data["type"].is_string()
     ? data["type"].get<std::string>()
     : std::string();

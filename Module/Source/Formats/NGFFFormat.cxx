@@ -3,10 +3,10 @@
 #include "NGFFFormat.h"
 
 #include "FormatText.h"
+#include "JsonDocument.h"
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 
@@ -25,10 +25,10 @@ std::string Child(const std::string& group, const std::string& name)
   return group == "/" ? "/" + name : group + "/" + name;
 }
 
-json Parsed(const HDF5File& file, const std::string& group, const std::string& attribute)
+JsonDocument Parsed(const HDF5File& file, const std::string& group, const std::string& attribute)
 {
   const auto text = file.Text(group, attribute);
-  return text ? json::parse(*text, nullptr, false) : json();
+  return text ? JsonDocument(*text) : JsonDocument();
 }
 
 /// A member of an object; null if it isn't there or isn't of that kind.
@@ -38,21 +38,55 @@ const json& Member(const json& object, const char* name)
   return object.is_object() && object.contains(name) ? object[name] : none;
 }
 
-/// The first of the multiscales of a group; null if there are none.
-json MultiscaleOf(const HDF5File& file, const std::string& group)
+/// A list; empty if it isn't one.
+const json& ListOf(const json& value)
 {
-  json all = Parsed(file, group, "multiscales");
-  if (!all.is_array())
+  static const json none = json::array();
+  return value.is_array() ? value : none;
+}
+
+/// An attribute of that name, or the member of that name of the attribute `ome`.
+struct Metadata
+{
+  Metadata(const HDF5File& file, const std::string& group, const char* name, bool isList)
+    : Document(Parsed(file, group, name))
   {
-    all = Member(Parsed(file, group, "ome"), "multiscales");
+    const auto fits = [isList](const json& v) { return isList ? v.is_array() : v.is_object(); };
+    this->IsInOme = !fits(this->Document.Root());
+    if (this->IsInOme)
+    {
+      this->Document = Parsed(file, group, "ome");
+    }
+    this->Name = name;
   }
-  return all.is_array() && !all.empty() && Member(all[0], "datasets").is_array() ? all[0] : json();
+  const json& Value() const
+  {
+    const json& root = this->Document.Root();
+    return this->IsInOme ? Member(root, this->Name) : root;
+  }
+
+  JsonDocument Document;
+  bool IsInOme = false;
+  const char* Name = nullptr;
+};
+
+/// The first of the multiscales of a group; null if there are none.
+const json& FirstOf(const Metadata& multiscales)
+{
+  static const json none;
+  const json& all = multiscales.Value();
+  return all.is_array() && !all.empty() && Member(all[0], "datasets").is_array() ? all[0] : none;
+}
+
+Metadata MultiscalesOf(const HDF5File& file, const std::string& group)
+{
+  return { file, group, "multiscales", true };
 }
 
 std::optional<std::string> ReasonOf(const HDF5File& file, const std::string& group)
 {
   return (file.HasAttribute(group, "multiscales") || file.HasAttribute(group, "ome")) &&
-      !MultiscaleOf(file, group).is_null()
+      !FirstOf(MultiscalesOf(file, group)).is_null()
     ? std::optional<std::string>("the multiscales of '" + group + "'")
     : std::nullopt;
 }
@@ -69,7 +103,7 @@ Status ReadAxes(const HDF5File& file, const json& multiscale, std::size_t rank,
 {
   letters.clear();
   const json& axes = Member(multiscale, "axes");
-  for (const json& axis : axes.is_array() ? axes : json::array())
+  for (const json& axis : ListOf(axes))
   {
     const json& name = axis.is_string() ? axis : Member(axis, "name");
     letters +=
@@ -107,7 +141,7 @@ struct Transformation
 bool Take(const json& list, std::size_t rank, Transformation& t)
 {
   t = { std::vector<double>(rank, 1.0), std::vector<double>(rank, 0.0) };
-  for (const json& entry : list.is_array() ? list : json::array())
+  for (const json& entry : ListOf(list))
   {
     for (const bool scale : { true, false })
     {
@@ -322,7 +356,8 @@ Result<VolumeDescription> Describe(const HDF5File& file, const VolumeRequest& re
   const auto reasonOf = [&file](const std::string& group) { return ReasonOf(file, group); };
   const std::string group =
     request.Path.empty() ? FindGroup(file, reasonOf, reason).value_or("/") : Absolute(request.Path);
-  const json multiscale = MultiscaleOf(file, group);
+  const Metadata multiscales = MultiscalesOf(file, group);
+  const json& multiscale = FirstOf(multiscales);
   const json& name = Member(multiscale, "name");
   d.ArrayName = name.is_string() && !name.get<std::string>().empty()
     ? name.get<std::string>()
@@ -333,8 +368,7 @@ Result<VolumeDescription> Describe(const HDF5File& file, const VolumeRequest& re
   {
     return status;
   }
-  json omero = Parsed(file, group, "omero");
-  ReadChannels(omero.is_object() ? omero : Member(Parsed(file, group, "ome"), "omero"), d);
+  ReadChannels(Metadata(file, group, "omero", false).Value(), d);
   d.Labels = file.HasAttribute(group, "image-label");
   d.Seen.push_back(Counted(d.Levels.size(), "level") + ", " +
     Counted(d.Channels.size(), "channel") + ", " + Counted(d.Times.size(), "time point") +

@@ -3,10 +3,10 @@
 #include "PlainFormat.h"
 
 #include "FormatText.h"
+#include "JsonDocument.h"
 
 #include <algorithm>
 #include <cctype>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 
@@ -34,7 +34,8 @@ std::string AxesByTags(const HDF5File& file, const std::string& path)
   {
     return axes;
   }
-  const json tags = json::parse(*text, nullptr, false);
+  const JsonDocument document(*text);
+  const json& tags = document.Root();
   if (!tags.is_object() || !tags.contains("axes") || !tags["axes"].is_array())
   {
     return axes;

@@ -120,6 +120,28 @@ Status ReadGeometry(const HDF5File& file, VolumeDescription& d, Int3& size)
 Status ReadSteps(const HDF5File& file, const std::string& array, const VolumeRequest& request,
   VolumeDescription& d, std::int64_t& index)
 {
+  Status status = ReadVTKHDFTimes(file, d);
+  if (status.Ok())
+  {
+    status = CheckRequest(file, request, d.Channels.size(), d.Times.size());
+  }
+  if (!status.Ok())
+  {
+    return status;
+  }
+  const std::string offsets =
+    Group + "/Steps" + (d.CellData ? "/CellDataOffsets/" : "/PointDataOffsets/") + array;
+  const auto step = static_cast<std::size_t>(request.TimePoint);
+  index = request.TimePoint;
+  status = ReadVTKHDFStep(file, offsets, d.Times.size(), step, index);
+  d.Seen.push_back(Counted(d.Times.size(), "step") + ".");
+  return status;
+}
+
+} // namespace
+
+Status ReadVTKHDFTimes(const HDF5File& file, VolumeDescription& d)
+{
   const std::string steps = Group + "/Steps";
   const auto count = file.Integers(steps, "NSteps");
   if (!count || count->size() != 1 || (*count)[0] < 1 || (*count)[0] > (1 << 24))
@@ -138,30 +160,25 @@ Status ReadSteps(const HDF5File& file, const std::string& array, const VolumeReq
   {
     d.Times = *values;
   }
-  const Status status = CheckRequest(file, request, d.Channels.size(), n);
-  if (!status.Ok())
-  {
-    return status;
-  }
-  const auto step = static_cast<std::size_t>(request.TimePoint);
-  index = request.TimePoint;
-  const std::string offsets =
-    steps + (d.CellData ? "/CellDataOffsets/" : "/PointDataOffsets/") + array;
-  const auto at = file.DatasetNumbers(offsets, n);
-  if (at && at->size() == n)
-  {
-    if (!((*at)[step] >= 0) || !((*at)[step] < 2147483648.0))
-    {
-      return Corrupt(
-        file, "'" + offsets + "' has no possible entry for step " + std::to_string(step));
-    }
-    index = static_cast<std::int64_t>((*at)[step]);
-  }
-  d.Seen.push_back(Counted(n, "step") + ".");
   return {};
 }
 
-} // namespace
+Status ReadVTKHDFStep(const HDF5File& file, const std::string& list, std::size_t steps,
+  std::size_t step, std::int64_t& entry)
+{
+  const auto at = file.DatasetNumbers(list, steps);
+  if (!at || at->size() != steps)
+  {
+    return {};
+  }
+  constexpr double most = 9007199254740992.0; // the whole numbers that a double can tell apart
+  if (!((*at)[step] >= 0) || !((*at)[step] < most))
+  {
+    return Corrupt(file, "'" + list + "' has no possible entry for step " + std::to_string(step));
+  }
+  entry = static_cast<std::int64_t>((*at)[step]);
+  return {};
+}
 
 std::vector<std::string> VTKHDFArrays(const HDF5File& file, const std::string& group)
 {

@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: Teravox contributors
+# SPDX-License-Identifier: BSD-3-Clause
+"""Images as microscopes and scanners write them, with numpy and struct only: bytes of files."""
+import struct
+import zlib
+
+import numpy as np
+
+identity = (1, 0, 0, 0, 1, 0, 0, 0, 1)
+
+# MetaImage.
+met = {"u1": "MET_UCHAR", "i1": "MET_CHAR", "u2": "MET_USHORT", "i2": "MET_SHORT", "u4": "MET_UINT",
+       "i4": "MET_INT", "f4": "MET_FLOAT", "f8": "MET_DOUBLE"}
+
+
+def meta(a, data, spacing=(1, 1, 1), origin=(0, 0, 0), direction=identity, extra=""):
+    n = a.shape[3] if a.ndim == 4 else 1
+    m = np.array(direction).reshape(3, 3).T.ravel()  # one axis after another
+    numbers = lambda v: " ".join(repr(float(x)) for x in v)
+    return (f"ObjectType = Image\nNDims = 3\nBinaryData = True\n{extra}"
+            f"TransformMatrix = {numbers(m)}\nOffset = {numbers(origin)}\n"
+            f"ElementSpacing = {numbers(spacing)}\nDimSize = {a.shape[2]} {a.shape[1]} {a.shape[0]}\n"
+            f"ElementNumberOfChannels = {n}\nElementType = {met[a.dtype.str[1:]]}\n"
+            f"ElementDataFile = {data}\n").encode()
+
+
+# NIfTI.
+codes = {"u1": 2, "i2": 4, "i4": 8, "f4": 16, "f8": 64, "i1": 256, "u2": 512, "u4": 768}
+
+
+def nifti(a, order, sform=None, qform=None, times=1, colour=False):
+    h = bytearray(352)
+    pack = lambda at, form, *v: struct.pack_into(order + form, h, at, *v)
+    pack(0, "i", 348)
+    pack(40, "8h", 4 if times > 1 else 3, a.shape[2], a.shape[1], a.shape[0], times, 1, 1, 1)
+    pack(70, "hh", 128 if colour else codes[a.dtype.str[1:]], 8 * a.dtype.itemsize)
+    pack(76, "8f", -1 if qform and qform[6] < 0 else 1, 0.5, 0.75, 2, 1, 1, 1, 1)
+    pack(108, "f", 352)
+    if qform:
+        pack(252, "h", 1)
+        pack(256, "6f", *qform[:6])
+    if sform is not None:
+        pack(254, "h", 2)
+        pack(280, "12f", *sform)
+    h[344:348] = b"n+1\0"
+    return bytes(h)
+
+
+# TIFF.
+def tiff(pages, order="<", strip=5, packed=False, tile=None, description="", resolution=None,
+         orientation=1, thumbnail=False):
+    out = bytearray(struct.pack(order + "2sHI", b"II" if order == "<" else b"MM", 42, 0))
+    link = 4
+    for number, page in enumerate(pages):
+        n = page.shape[2] if page.ndim == 3 else 1
+        rows = page[::-1] if orientation == 4 else page
+        rows = rows.astype(rows.dtype.newbyteorder(order))
+        h, w = page.shape[:2]
+        blocks = []
+        if tile:
+            for y in range(0, h, tile):
+                for x in range(0, w, tile):
+                    block = np.zeros((tile, tile) + page.shape[2:], rows.dtype)
+                    part = rows[y:y + tile, x:x + tile]
+                    block[:part.shape[0], :part.shape[1]] = part
+                    blocks.append(block.tobytes())
+        else:
+            blocks = [rows[y:y + strip].tobytes() for y in range(0, h, strip)]
+        blocks = [zlib.compress(b) if packed else b for b in blocks]
+        starts = []
+        for b in blocks:
+            starts.append(len(out))
+            out += b + b"\0" * (len(b) % 2)
+        kind = {"u": 1, "i": 2, "f": 3}[page.dtype.kind]
+        tags = [(256, 4, [w]), (257, 4, [h]), (258, 3, [8 * page.dtype.itemsize] * n),
+                (259, 3, [8 if packed else 1]), (262, 3, [2 if n >= 3 else 1]),
+                (274, 3, [orientation]), (277, 3, [n]), (339, 3, [kind] * n)]
+        if thumbnail and number % 2:
+            tags.append((254, 4, [1]))
+        if tile:
+            tags += [(322, 3, [tile]), (323, 3, [tile]), (324, 4, starts),
+                     (325, 4, [len(b) for b in blocks])]
+        else:
+            tags += [(273, 4, starts), (278, 4, [strip]), (279, 4, [len(b) for b in blocks])]
+        if description and number == 0:
+            tags.append((270, 2, list(description.encode() + b"\0")))
+        if resolution:
+            tags += [(282, 5, [resolution[0], 1000]), (283, 5, [resolution[1], 1000]),
+                     (296, 3, [resolution[2]])]
+        forms = {2: "B", 3: "H", 4: "I", 5: "I"}
+        entries = b""
+        for tag, form, values in sorted(tags):
+            data = struct.pack(f"{order}{len(values)}{forms[form]}", *values)
+            count = len(values) // 2 if form == 5 else len(values)
+            if len(data) > 4:
+                at = len(out)
+                out += data + b"\0" * (len(data) % 2)
+                data = struct.pack(order + "I", at)
+            entries += struct.pack(order + "HHI", tag, form, count) + data.ljust(4, b"\0")
+        struct.pack_into(order + "I", out, link, len(out))
+        out += struct.pack(order + "H", len(tags)) + entries
+        link = len(out)
+        out += struct.pack(order + "I", 0)
+    return bytes(out)
+
+
+# DICOM.
+def element(tag, kind, value):
+    if isinstance(value, str):
+        value = value.encode()
+    value += (b"\0" if kind in ("UI", "OW", "OB") else b" ") * (len(value) % 2)
+    head = struct.pack("<HH", tag >> 16, tag & 0xffff)
+    if kind is None:  # types are implied
+        return head + struct.pack("<I", len(value)) + value
+    if kind in ("OW", "OB", "SQ", "UN"):
+        return head + kind.encode() + struct.pack("<HI", 0, len(value)) + value
+    return head + kind.encode() + struct.pack("<H", len(value)) + value
+
+
+def dicom(pixels, position, explicit=True, slope=None, stored=16, orientation="1\\0\\0\\0\\1\\0",
+          series="1.2.3"):
+    signed = pixels.dtype.kind == "i"
+    syntax = "1.2.840.10008.1.2" + (".1" if explicit else "")
+    short = lambda v: struct.pack("<H", v)
+    # A sequence of undefined length, with an item of undefined length that has pixels of its own.
+    icon = element(0x00280010, "US" if explicit else None, short(1)) + \
+        element(0x7fe00010, "OW" if explicit else None, b"12")
+    sequence = struct.pack("<HH", 0x0008, 0x1140) + \
+        (b"SQ\0\0" if explicit else b"") + b"\xff\xff\xff\xff" + \
+        struct.pack("<HHI", 0xfffe, 0xe000, 0xffffffff) + icon + \
+        struct.pack("<HHI", 0xfffe, 0xe00d, 0) + struct.pack("<HHI", 0xfffe, 0xe0dd, 0)
+    tags = [(0x00180050, "DS", "3"), (0x0020000e, "UI", series),
+            (0x00200032, "DS", "\\".join(repr(float(p)) for p in position)),
+            (0x00200037, "DS", orientation), (0x00280002, "US", short(1)),
+            (0x00280010, "US", short(pixels.shape[0])), (0x00280011, "US", short(pixels.shape[1])),
+            (0x00280030, "DS", "0.75\\0.5"), (0x00280100, "US", short(8 * pixels.dtype.itemsize)),
+            (0x00280101, "US", short(stored)), (0x00280103, "US", short(int(signed)))]
+    if slope:
+        tags += [(0x00281052, "DS", slope[1]), (0x00281053, "DS", slope[0])]
+    body = sequence + b"".join(element(t, k if explicit else None, v) for t, k, v in tags)
+    body += element(0x7fe00010, "OW" if explicit else None, pixels.tobytes())
+    meta = element(0x00020010, "UI", syntax)
+    return b"\0" * 128 + b"DICM" + element(0x00020000, "UL", struct.pack("<I", len(meta))) + meta + body

@@ -54,7 +54,10 @@
 #define TERAVOX_COMPONENTS 0 // of a voxel, 2 to 4; 0: one
 #endif
 #ifndef TERAVOX_MASK
-#define TERAVOX_MASK 0 // slots hold a mask behind the voxels; composite blending of one component
+#define TERAVOX_MASK 0 // slots hold a mask behind the voxels; of one component
+#endif
+#ifndef TERAVOX_LABELS
+#define TERAVOX_LABELS 0 // it tells which of many tables count; composite blending
 #endif
 #ifndef TERAVOX_DEPENDENT
 #define TERAVOX_DEPENDENT 0 // the last of them has the opacity, the others the colour

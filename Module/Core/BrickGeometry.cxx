@@ -84,7 +84,7 @@ std::uint64_t BrickVoxelBytes(const VolumeInfo& info)
 std::uint64_t BrickMaskBytes(const VolumeInfo& info)
 {
   const auto edge = static_cast<std::uint64_t>(info.Layout.StoredSize());
-  return info.Masked ? edge * edge * edge : 0;
+  return info.Masked ? edge * edge * edge * static_cast<std::uint64_t>(MaskBytesOf(info)) : 0;
 }
 
 std::shared_ptr<Brick> MakeEmptyBrick(const VolumeInfo& info)

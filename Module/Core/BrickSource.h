@@ -25,8 +25,11 @@ struct Brick
   int Components = 1;
   int StoredSize = 0;
   std::vector<std::byte> Voxels;
-  /// Of volumes with a mask one value per voxel: 0 where nothing is drawn, else 1.
+  /// Of volumes with a mask one value per voxel, of one byte or of MaskBytes in the machine's
+  /// order: 0 where nothing is drawn, else 1; with a label mask 1 + the number of the label, see
+  /// VolumeInfo::MaskLabels.
   std::vector<std::uint8_t> Mask;
+  int MaskBytes = 1; ///< 1 or 2
 
   std::size_t SizeInBytes() const
   {
@@ -44,6 +47,9 @@ struct VolumeInfo
   int TimeSteps = 1;
   bool Labels = false; ///< nearest interpolation, levels by mode
   bool Masked = false; ///< bricks have a mask
+  /// Of a label mask: how many labels bricks tell apart. Number 0 are all that have no name, the
+  /// others those that have one, ascending. 0: the mask is a binary one, or there is none.
+  int MaskLabels = 0;
   bool CellData =
     false; ///< the bounds cover whole voxels; else they end at the outer voxel centres
   /// Range of level 0; Unknown() where nobody knows.
@@ -60,6 +66,13 @@ struct VolumeInfo
   std::string ArrayName = "scalars";
   std::string Name; ///< file and dataset, or the formula; for messages
 };
+
+/// Brick::MaskBytes.
+inline int MaskBytesOf(const VolumeInfo& info)
+{
+  constexpr int mostInOne = 255;
+  return info.MaskLabels > mostInOne ? 2 : 1;
+}
 
 /// Of a voxel in an atlas: its components, and its mask where there is one.
 inline int AtlasComponents(const VolumeInfo& info)

@@ -215,8 +215,19 @@ template <typename T>
 void AddMask(const Brick& brick, std::vector<ConvertedBrick>& all)
 {
   ConvertedBrick mask;
-  mask.Bytes.resize(brick.Mask.size() * sizeof(T));
-  std::copy(brick.Mask.begin(), brick.Mask.end(), reinterpret_cast<T*>(mask.Bytes.data()));
+  const std::size_t voxels = brick.Mask.size() / static_cast<std::size_t>(brick.MaskBytes);
+  mask.Bytes.resize(voxels * sizeof(T));
+  auto* texels = reinterpret_cast<T*>(mask.Bytes.data());
+  if (brick.MaskBytes == 1)
+  {
+    std::copy(brick.Mask.begin(), brick.Mask.end(), texels);
+  }
+  else
+  {
+    const auto* values = reinterpret_cast<const std::uint16_t*>(brick.Mask.data());
+    std::transform(
+      values, values + voxels, texels, [](std::uint16_t value) { return static_cast<T>(value); });
+  }
   FindCells<T>(brick.StoredSize, mask);
   const auto* in = reinterpret_cast<const T*>(mask.Cells.data());
   const std::size_t cells = mask.Cells.size() / (2 * sizeof(T));

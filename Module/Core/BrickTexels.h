@@ -32,8 +32,8 @@ ConvertedBrick ConvertBrick(const Brick& brick, const TexelFormat& format);
 std::shared_ptr<Brick> TakeComponent(const Brick& brick, int component);
 
 /// The same for each component of a brick of any number of them: each is relative to a value of its
-/// own, and has ranges of its own. Behind them, where the brick has one, its mask as texels of 0
-/// and 1; cells of which nothing is in the mask have no range then, as if they had no values.
+/// own, and has ranges of its own. Behind them, where the brick has one, its mask as texels of its
+/// values; cells of which nothing is in the mask have no range then, as if they had no values.
 std::vector<ConvertedBrick> ConvertComponents(const Brick& brick, const TexelFormat& format);
 
 } // namespace teravox

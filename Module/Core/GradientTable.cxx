@@ -11,25 +11,17 @@ namespace teravox
 namespace
 {
 constexpr int Intervals = GradientTable::Nodes - 1;
-}
 
-GradientTable BuildGradientTable(const TransferFunction& function)
+// Returns whether it is 1 everywhere.
+bool AddNodes(const TransferFunction& function, double last, GradientTable& table)
 {
-  GradientTable table;
-  if (!function.GradientOpacity)
-  {
-    return table;
-  }
   std::vector<float> opacity;
   for (int i = 0; i < GradientTable::Nodes; ++i)
   {
-    const double value = function.GradientOpacity(function.LastGradient * i / Intervals);
+    const double value =
+      function.GradientOpacity ? function.GradientOpacity(last * i / Intervals) : 1;
     // Comparisons with NaN are false.
     opacity.push_back(value > 0 ? static_cast<float>(std::min(value, 1.0)) : 0.0f);
-  }
-  if (std::all_of(opacity.begin(), opacity.end(), [](float v) { return v == 1.0f; }))
-  {
-    return table;
   }
   float moved = 0;
   for (std::size_t i = 0; i < opacity.size(); ++i)
@@ -39,7 +31,41 @@ GradientTable BuildGradientTable(const TransferFunction& function)
     table.Values.push_back({ opacity[i], moved, opacity[next], then });
     moved = then;
   }
-  return table;
+  return std::all_of(opacity.begin(), opacity.end(), [](float v) { return v == 1.0f; });
+}
+} // namespace
+
+double LastGradientOf(const TransferFunction& function)
+{
+  double last = 0;
+  const auto include = [&last](const TransferFunction& one)
+  { last = one.GradientOpacity ? std::max(last, one.LastGradient) : last; };
+  include(function);
+  std::for_each(function.Labels.begin(), function.Labels.end(), include);
+  return last > 0 ? last : 1;
+}
+
+GradientTable BuildGradientTable(const TransferFunction& function)
+{
+  const bool any = std::any_of(function.Labels.begin(), function.Labels.end(),
+    [](const TransferFunction& label) { return static_cast<bool>(label.GradientOpacity); });
+  GradientTable table;
+  if (!function.GradientOpacity && !any)
+  {
+    return table;
+  }
+  const double last = LastGradientOf(function);
+  bool isOne = AddNodes(function, last, table);
+  if (!function.Labels.empty())
+  {
+    // In the place of all together, too, which nobody asks for.
+    AddNodes(function, last, table);
+  }
+  for (const TransferFunction& label : function.Labels)
+  {
+    isOne = AddNodes(label, last, table) && isOne;
+  }
+  return isOne ? GradientTable() : table;
 }
 
 MarchParameters::Vec GradientParameters(
@@ -54,7 +80,7 @@ MarchParameters::Vec GradientParameters(
     spacing[a] = std::sqrt(x * x + y * y + z * z);
   }
   const double mean = (spacing[0] + spacing[1] + spacing[2]) / 3;
-  const double nodes = std::ldexp(Intervals / function.LastGradient, exponent);
+  const double nodes = std::ldexp(Intervals / LastGradientOf(function), exponent);
   MarchParameters::Vec parameters{};
   for (std::size_t a = 0; a < 3; ++a)
   {

@@ -21,7 +21,7 @@ struct GradientTable
   /// Four times as many as VTK has.
   static constexpr int Nodes = 4096;
   /// Per node: opacity here, how far it has moved since the first node, and both at the next node.
-  /// Empty: the opacity is 1 everywhere.
+  /// Empty: the opacity is 1 everywhere. With labels, one after the other as in BuildLabelTables().
   std::vector<std::array<float, 4>> Values;
 
   bool IsOne() const { return this->Values.empty(); }
@@ -29,6 +29,9 @@ struct GradientTable
 };
 
 GradientTable BuildGradientTable(const TransferFunction& function);
+
+/// The largest magnitude that counts, of the function and its labels.
+double LastGradientOf(const TransferFunction& function);
 
 /// MarchParameters::Gradient. `datasetFromVoxel`: its columns are as long as voxels are apart.
 /// `exponent`: values that are drawn are the user's times 2^-exponent (see ScaleExponent).

@@ -74,6 +74,7 @@ Result<BrickPointer> ScaledBrickSource::ReadBrick(const BrickKey& key)
   scaled->Components = brick.Components;
   scaled->StoredSize = brick.StoredSize;
   scaled->Mask = brick.Mask;
+  scaled->MaskBytes = brick.MaskBytes;
   scaled->Voxels.resize(brick.Voxels.size());
   const std::size_t count = brick.Voxels.size() / SizeOf(brick.Type);
   (brick.Type == ScalarType::Float32 ? Scale<float> : Scale<double>)(brick.Voxels.data(),
@@ -109,6 +110,10 @@ TransferFunction ScaleTransferFunction(TransferFunction function, int exponent)
   for (double& knot : scaled.Knots)
   {
     knot = std::ldexp(knot, -exponent);
+  }
+  for (TransferFunction& label : scaled.Labels)
+  {
+    label = ScaleTransferFunction(std::move(label), exponent);
   }
   return scaled;
 }

@@ -12,19 +12,24 @@ namespace teravox
 
 namespace
 {
-constexpr double FewestIntervals = 4096;
 constexpr double MostIntervals = 65535; // their indices are 16-bit numbers
 constexpr double IntervalsPerKnot = 16;
 constexpr double LeastDomain = 1e-30;
 constexpr double LeastJump = 1.0 / 1024; // of opacity or colour
+
+const std::vector<double>& DomainKnotsOf(const TransferFunction& function)
+{
+  return function.DomainKnots.empty() ? function.Knots : function.DomainKnots;
+}
 
 // The interval outside which the function is constant, cut to the data.
 void ChooseDomain(
   const TransferFunction& function, const ValueRange& data, double& low, double& high)
 {
   const bool known = data.IsKnown() && !data.IsVoid();
-  low = function.Knots.empty() ? 0 : function.Knots.front();
-  high = function.Knots.empty() ? 1 : function.Knots.back();
+  const std::vector<double>& knots = DomainKnotsOf(function);
+  low = knots.empty() ? 0 : knots.front();
+  high = knots.empty() ? 1 : knots.back();
   if (known)
   {
     low = std::clamp(low, data.Min, data.Max);
@@ -51,18 +56,19 @@ int ChooseIntervals(const TransferFunction& function, bool integers, double low,
 {
   const double range = high - low;
   double closest = range;
-  for (std::size_t i = 1; i < function.Knots.size(); ++i)
+  const std::vector<double>& knots = DomainKnotsOf(function);
+  for (std::size_t i = 1; i < knots.size(); ++i)
   {
-    const double a = std::clamp(function.Knots[i - 1], low, high);
-    const double b = std::clamp(function.Knots[i], low, high);
+    const double a = std::clamp(knots[i - 1], low, high);
+    const double b = std::clamp(knots[i], low, high);
     // Closer than this is a jump, which no table resolves.
     if (b - a > range / MostIntervals)
     {
       closest = std::min(closest, b - a);
     }
   }
-  const double wanted =
-    std::clamp(IntervalsPerKnot * range / closest, FewestIntervals, MostIntervals);
+  const double wanted = std::clamp(IntervalsPerKnot * range / closest,
+    static_cast<double>(function.FewestIntervals), MostIntervals);
   const bool whole = integers && low == std::floor(low) && high == std::floor(high);
   if (whole && range <= MostIntervals)
   {

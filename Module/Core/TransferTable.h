@@ -32,6 +32,14 @@ struct TransferFunction
   /// Null: none. Not in BuildTransferTable(), see GradientTable.h.
   std::function<double(double)> GradientOpacity;
   double LastGradient = 1; ///< > 0; GradientOpacity is constant from here on
+  /// Sorted values that decide over which values the table's nodes lie and how close, instead of
+  /// Knots. Empty: Knots.
+  std::vector<double> DomainKnots;
+  int FewestIntervals = 4096; ///< of the table, unless integers need fewer
+  /// Of a volume with a label mask: what is drawn of the voxels of each label that bricks tell
+  /// apart (VolumeInfo::MaskLabels); this function is that of all others. Not in
+  /// BuildTransferTable(), see LabelTables.h.
+  std::vector<TransferFunction> Labels;
 };
 
 /// The transfer function as the marcher samples it: extinction s and colour, linear between

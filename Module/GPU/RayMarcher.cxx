@@ -83,6 +83,7 @@ void RayMarcher::SetTransferTable(const TransferTable& table)
 {
   this->Table = &table;
   this->ComponentTables = nullptr;
+  this->LabelTables = nullptr;
   this->UploadTables(&table, 1);
 }
 
@@ -90,6 +91,15 @@ void RayMarcher::SetTransferTables(const std::vector<TransferTable>& tables)
 {
   this->Table = &tables.back();
   this->ComponentTables = &tables;
+  this->LabelTables = nullptr;
+  this->UploadTables(tables.data(), tables.size());
+}
+
+void RayMarcher::SetLabelTables(const std::vector<TransferTable>& tables)
+{
+  this->Table = tables.data();
+  this->ComponentTables = nullptr;
+  this->LabelTables = &tables;
   this->UploadTables(tables.data(), tables.size());
 }
 
@@ -315,6 +325,13 @@ PassResult RayMarcher::DrawNativePass(ViewState& view, const BrickAtlas& atlas,
   if (variant.GradientOpacity)
   {
     teravox::SetGradientTable(scene, *this->Gradient);
+  }
+  std::vector<NativeScene::LabelTable> labels;
+  if (variant.Labels)
+  {
+    teravox::SetLabelTables(
+      labels, *this->LabelTables, variant.GradientOpacity ? *this->Gradient : GradientTable());
+    scene.LabelTables = labels.data();
   }
   SetAtlas(scene, *atlas.Native(), table, atlas.Format());
   SetView(scene, view.Native, view.Width(), view.Height());

@@ -47,6 +47,8 @@ public:
   void SetTransferTable(const TransferTable& table);
   /// The same for voxels with several components: one table each, those without a function empty.
   void SetTransferTables(const std::vector<TransferTable>& tables);
+  /// The same for a label mask, by its values: see BuildLabelTables().
+  void SetLabelTables(const std::vector<TransferTable>& tables);
   /// Read by variants with GradientOpacity; must stay where it is.
   void SetGradientTable(const GradientTable& table);
 
@@ -92,6 +94,7 @@ private:
   GPUMemory& Memory;
   const TransferTable* Table = nullptr;
   const std::vector<TransferTable>* ComponentTables = nullptr; ///< instead of Table, or null
+  const std::vector<TransferTable>* LabelTables = nullptr; ///< Table is the first of them; or null
   const GradientTable* Gradient = nullptr;
   std::uint32_t TableVersion = 0; ///< counts the tables; never 0 once there is one
   NativeMarcher Native;

@@ -21,7 +21,7 @@ struct Feature
   const char* Name;
   bool ShaderVariant::*Member;
 };
-constexpr std::array<Feature, 16> Features = { {
+constexpr std::array<Feature, 17> Features = { {
   { "TERAVOX_NEAREST", &ShaderVariant::Nearest },
   { "TERAVOX_FIXED_STEP", &ShaderVariant::FixedStep },
   { "TERAVOX_FLOAT_DATA", &ShaderVariant::FloatData },
@@ -38,6 +38,7 @@ constexpr std::array<Feature, 16> Features = { {
   { "TERAVOX_DEPENDENT", &ShaderVariant::Dependent },
   { "TERAVOX_GRADIENT_OPACITY", &ShaderVariant::GradientOpacity },
   { "TERAVOX_MASK", &ShaderVariant::Masked },
+  { "TERAVOX_LABELS", &ShaderVariant::Labels },
 } };
 
 Result<std::string> ReadShaderFile(const std::string& file)
@@ -143,23 +144,20 @@ std::vector<ShaderVariant> ShaderVariant::All()
     if ((variant.Nearest && variant.FixedStep) || (variant.Interactive && variant.Substitute) ||
       (variant.ShowLevel && (variant.Shade || variant.Estimate)) ||
       (variant.Lights && !variant.Shade) || variant.OpaqueDepth ||
-      (variant.FirstHit && (variant.ShowLevel || variant.Estimate || variant.Count)))
+      (variant.FirstHit && (variant.ShowLevel || variant.Estimate || variant.Count)) ||
+      (variant.Labels && !variant.Masked))
     {
       continue;
     }
-    // Of one component without a mask, in composite blending; not in variants of the debug picture.
-    if (variant.GradientOpacity)
+    // Masks end where they do, not where a step does, and are of one component.
+    if (variant.Masked && (variant.FixedStep || variant.Dependent))
     {
-      if (!variant.Dependent && !variant.ShowLevel && !variant.Masked)
-      {
-        all.push_back(variant);
-      }
       continue;
     }
-    // Masks: of one component, composite blending, as long as the error allows.
-    if (variant.Masked)
+    // Of one component, in composite blending; gradients not in variants of the debug picture.
+    if (variant.GradientOpacity || variant.Labels)
     {
-      if (!variant.FixedStep && !variant.Dependent)
+      if (!variant.Dependent && !(variant.GradientOpacity && variant.ShowLevel))
       {
         all.push_back(variant);
       }
@@ -168,7 +166,7 @@ std::vector<ShaderVariant> ShaderVariant::All()
     // Several components: the last of two or of four may have the opacity of all.
     for (const int components : { 2, 3, 4 })
     {
-      if (!variant.Dependent || components != 3)
+      if (!variant.Masked && (!variant.Dependent || components != 3))
       {
         all.push_back(variant);
         all.back().Components = components;

@@ -34,6 +34,7 @@ struct ShaderVariant
   int Components = 1;                     ///< of a voxel; TERAVOX_COMPONENTS, 0 for one
   bool Dependent = false;                 ///< of several components
   bool Masked = false;                    ///< slots hold a mask behind the voxels
+  bool Labels = false;                    ///< which tells which of many tables count
 
   /// One bit per feature, above them the blend mode and the number of components.
   unsigned Key() const;

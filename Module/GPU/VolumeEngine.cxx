@@ -5,6 +5,7 @@
 #include "BlockSplit.h"
 #include "EndOrLeave.h"
 #include "GLStateGuard.h"
+#include "LabelTables.h"
 #include "MarchSetup.h"
 #include "ScaledBrickSource.h"
 #include "SharedLayout.h"
@@ -133,7 +134,7 @@ std::uint64_t VolumeEngine::FixedBytes(const ViewState* except, int width, int h
 {
   // 16: the least that the table of slots takes, where the plan needs none.
   std::uint64_t tables = sizeof(MarchParameters) + 16;
-  tables += this->HasComponents() ? 0 : this->Transfer.SizeInBytes();
+  tables += this->HasComponents() || this->HasLabels() ? 0 : this->Transfer.SizeInBytes();
   tables += this->Gradient.SizeInBytes();
   for (const TransferTable& table : this->Tables_)
   {
@@ -294,11 +295,15 @@ Status VolumeEngine::Prepare(const FrameRequest& request)
     this->TableVersion = 0;
   }
   const VolumeInfo& info = this->Source_->Info();
-  if (info.Masked && (info.Components > 1 || request.Blend.Kind != BlendKind::Composite))
+  if (info.Masked && info.Components > 1)
   {
     return Status(StatusCode::Unsupported,
-      info.Name +
-        " has a mask, and such volumes can be drawn by composite blending of one component only.");
+      info.Name + " has a mask, and such volumes can be drawn of one component only.");
+  }
+  if (this->HasLabels() && request.Blend.Kind != BlendKind::Composite)
+  {
+    return Status(StatusCode::Unsupported,
+      info.Name + " has a label mask, and such volumes can be drawn by composite blending only.");
   }
   Status status = this->PrepareTables(request);
   if (status)
@@ -322,16 +327,36 @@ Status VolumeEngine::PrepareTables(const FrameRequest& request)
   const bool current = this->TableVersion == this->FunctionVersion;
   if (!this->HasComponents())
   {
-    this->Tables_.clear();
-    if (current && this->Transfer.Nodes != 0 && this->TableBlend == request.Blend.Kind)
+    if (!this->HasLabels())
+    {
+      this->Tables_.clear();
+    }
+    if (current && this->MainTable().Nodes != 0 && this->TableBlend == request.Blend.Kind)
     {
       return {};
     }
     this->Drawn = ProjectedFunction(
       ScaleTransferFunction(this->Function, this->Exponent), request.Blend.Kind, info.Range);
-    this->Transfer =
-      BuildTransferTable(this->Drawn, info.Range, !IsFloat(info.Type), request.ShortestLength);
-    this->Marcher->SetTransferTable(this->Transfer);
+    if (this->HasLabels())
+    {
+      if (this->Drawn.Labels.size() + 1 != static_cast<std::size_t>(info.MaskLabels))
+      {
+        return Status(StatusCode::InvalidArgument,
+          info.Name + " has a mask of " + std::to_string(info.MaskLabels - 1) +
+            " labels with functions, but there are " + std::to_string(this->Drawn.Labels.size()) +
+            " functions.");
+      }
+      this->Transfer = {};
+      this->Tables_ =
+        BuildLabelTables(this->Drawn, info.Range, !IsFloat(info.Type), request.ShortestLength);
+      this->Marcher->SetLabelTables(this->Tables_);
+    }
+    else
+    {
+      this->Transfer =
+        BuildTransferTable(this->Drawn, info.Range, !IsFloat(info.Type), request.ShortestLength);
+      this->Marcher->SetTransferTable(this->Transfer);
+    }
     this->Gradient = request.Blend.Kind == BlendKind::Composite ? BuildGradientTable(this->Drawn)
                                                                 : GradientTable();
     this->Marcher->SetGradientTable(this->Gradient);
@@ -377,7 +402,7 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
   }
   else
   {
-    parameters.Transfer = TransferParameters(this->Transfer);
+    parameters.Transfer = TransferParameters(this->MainTable());
     if (!this->Gradient.IsOne())
     {
       parameters.Gradient =
@@ -412,15 +437,15 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
   }
   scaled.RangeLow = std::ldexp(scaled.RangeLow, -this->Exponent);
   scaled.RangeHigh = std::ldexp(scaled.RangeHigh, -this->Exponent);
-  SetProjection(
-    parameters, scaled, this->Drawn, this->Transfer, this->Function.UnitDistance, format.Relative);
+  SetProjection(parameters, scaled, this->Drawn, this->MainTable(), this->Function.UnitDistance,
+    format.Relative);
 }
 
 float VolumeEngine::LargestExtinction() const
 {
   if (!this->HasComponents())
   {
-    return static_cast<float>(this->Transfer.LargestExtinction);
+    return static_cast<float>(this->MainTable().LargestExtinction);
   }
   // Components together have at most the largest extinction per weight.
   double largest = 0;
@@ -466,12 +491,13 @@ ShaderVariant VolumeEngine::VariantOf(const FrameRequest& request, const VoxelFo
   variant.Blend = request.Blend.Kind;
   const bool isComposite = variant.Blend == BlendKind::Composite;
   variant.Masked = this->Source_->Info().Masked;
+  variant.Labels = this->HasLabels();
   variant.FixedStep = !request.Nearest && request.Tolerance <= 0 && isComposite && !variant.Masked;
   variant.FloatData = format.IsFloat();
   variant.SlotTable = format.Relative;
   variant.Shade = request.Shade && (isComposite || variant.Blend == BlendKind::Isosurface);
   variant.Lights = variant.Shade && !request.Lights.empty();
-  variant.GradientOpacity = !this->Gradient.IsOne() && !request.ShowLevel && !variant.Masked;
+  variant.GradientOpacity = !this->Gradient.IsOne() && !request.ShowLevel;
   variant.Interactive = !request.Converge;
   variant.Count = request.CountSamples;
   variant.ShowLevel = request.ShowLevel;

@@ -244,6 +244,12 @@ private:
   void KeepCounters();
   bool AnyFailed() const { return this->FailedBricks() + this->FailedPageBlocks() > 0; }
   bool HasComponents() const { return this->Source_->Info().Components > 1; }
+  bool HasLabels() const { return this->Source_->Info().MaskLabels > 0; }
+  /// Of one component; of a label mask what holds for all labels.
+  const TransferTable& MainTable() const
+  {
+    return this->Tables_.empty() ? this->Transfer : this->Tables_.front();
+  }
   bool IsNativeWanted() const;
   float LargestExtinction() const;
   Status PrepareTables(const FrameRequest& request);
@@ -267,7 +273,7 @@ private:
   std::map<const void*, std::unique_ptr<ViewState>> Views;
   TransferFunction Function;
   ComponentFunctions Components_;     ///< instead of Function for several components
-  std::vector<TransferTable> Tables_; ///< instead of Transfer, likewise
+  std::vector<TransferTable> Tables_; ///< instead of Transfer, likewise, or for a label mask
   std::uint64_t FunctionVersion = 0;
   std::uint64_t TableVersion = 0;
   BlendKind TableBlend = BlendKind::Composite; ///< mode that Transfer was made for

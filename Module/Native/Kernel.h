@@ -393,7 +393,7 @@ void MarchTile(
 {
   const MarchParameters& p = *scene.Parameters;
   Context c{ scene, p, report, TableOf(scene), MakeRayLight(scene), 0, 0, 0, {}, {}, {},
-    ComponentsOf(scene) };
+    ComponentsOf(scene), { scene.GradientOpacity, p.Gradient }, 0 };
   for (int y = bottom; y < top; ++y)
   {
     for (int x = left; x < right; ++x)

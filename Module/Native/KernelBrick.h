@@ -229,7 +229,7 @@ __attribute__((noinline)) void IntegrateNearest(
       color = LitColor(c.P, color, NormalOf(c.P, x, y, z), c.Light, 0.5f * (v.Begin + v.End));
     }
 #if TERAVOX_GRADIENT_OPACITY
-    depth = depth * SampleGradient(c.Scene, x, y, z).Opacity;
+    depth = depth * SampleGradient(c.Gradient, x, y, z).Opacity;
 #endif
   }
   Quad colors[Lanes];
@@ -305,10 +305,15 @@ inline const std::uint64_t* OccupancyOf(const Context& c, const BrickView& view,
     [&](std::size_t cell, bool& seen, bool& single)
     {
       const TexelRange range = RangeOf<T>(view, cell);
-      seen = MayBeSeen(c.Table, view, range);
       single = range.Least == range.Largest;
 #if TERAVOX_MASK
-      single = single && IsWhollyIn<T>(view, cell);
+      const TexelRange mask = MaskRange<T>(view, cell);
+      seen = !(range.Least > range.Largest) &&
+        MayLabelsShow(
+          c, mask, NodeOf(c.Table, view, range.Least), NodeOf(c.Table, view, range.Largest));
+      single = single && mask.Least == mask.Largest;
+#else
+      seen = MayBeSeen(c.Table, view, range);
 #endif
     });
 }
@@ -362,6 +367,9 @@ void IntegrateBrick(
   lot.Uniform = 0;
   const auto integrate = [&]
   {
+#if TERAVOX_MASK
+    SelectTables(c, lot.Mask);
+#endif
     if constexpr (Nearest)
     {
       IntegrateNearest<T, Shade>(c, state, ray, view, w);
@@ -404,6 +412,17 @@ void IntegrateBrick(
     }
     const bool occupied = !skip || place.MayBeSeen();
     const bool uniform = uniformToo && occupied && place.IsUniform();
+#if TERAVOX_MASK
+    const int mask = MaskOf<T>(view, place.Range);
+    if (mask > 0 && occupied)
+    {
+      if (!EnterMask(c, lot, mask, integrateIf))
+      {
+        return;
+      }
+      SelectTables(c, mask);
+    }
+#endif
     if (uniform && stop > t)
     {
       // The field has one value there: one piece.
@@ -472,15 +491,12 @@ void IntegrateBrick(
       cell = CellAt(w, t);
       known = true;
     }
-#if TERAVOX_MASK
-    const bool whole = IsWhollyIn<T>(view, place.Range);
-#endif
     do
     {
 #if TERAVOX_MASK
-      if (!whole)
+      if (mask <= 0)
       {
-        if (!PutMasked<T, Nearest>(lot, w, view, cell, t, t1, integrateIf))
+        if (!PutMasked<T, Nearest>(c, lot, w, view, cell, t, t1, integrateIf))
         {
           return;
         }

@@ -90,6 +90,9 @@ inline void DrawFound(Context& c, State& state, const Ray& ray, const Found& fou
   {
     c.Watch.Light = state.Transmittance;
     DrawMapped(c, state, ray, level, brick, found.Slot, t0, t1);
+#if TERAVOX_MASK
+    SelectTables(c, 0);
+#endif
     EndRun(c);
   }
   else if (found.Kind == FoundKind::Single)

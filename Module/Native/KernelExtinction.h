@@ -9,6 +9,12 @@
 #endif
 constexpr bool GradientOpacity = TERAVOX_GRADIENT_OPACITY != 0;
 
+struct GradientOpacityTable
+{
+  const float* Nodes; // GradientTable::Values
+  Vec Scale;          // MarchParameters::Gradient
+};
+
 struct Extinction
 {
   Floats Mean;

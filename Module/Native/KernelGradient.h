@@ -18,21 +18,22 @@ struct GradientSample
 };
 
 template <typename F>
-TERAVOX_INLINE void LoadGradientNode(const NativeScene& scene, F x, F& fraction, F (&node)[4])
+TERAVOX_INLINE void LoadGradientNode(
+  const GradientOpacityTable& table, F x, F& fraction, F (&node)[4])
 {
-  const F last = F{} + scene.Parameters->Gradient[3];
+  const F last = F{} + table.Scale[3];
   const F within = Min(Max(x, F{}), last);
   const auto i = Truncate(Min(within, last - 1.0f));
   fraction = within - ToFloat(i);
-  LoadFour(scene.GradientOpacity, i, node);
+  LoadFour(table.Nodes, i, node);
 }
 
 // From the central difference per axis in voxels of level 0. Beside voxels without a value there is
 // no gradient.
 template <typename F>
-TERAVOX_INLINE GradientSample<F> SampleGradient(const NativeScene& scene, F x, F y, F z)
+TERAVOX_INLINE GradientSample<F> SampleGradient(const GradientOpacityTable& table, F x, F y, F z)
 {
-  const Vec& scale = scene.Parameters->Gradient;
+  const Vec& scale = table.Scale;
   GradientSample<F> r;
   r.X = x * scale[0];
   r.Y = y * scale[1];
@@ -41,20 +42,20 @@ TERAVOX_INLINE GradientSample<F> SampleGradient(const NativeScene& scene, F x, F
   r.Magnitude = Min(Max(magnitude, F{}), F{} + 2.0f * scale[3]);
   F fraction;
   F node[4];
-  LoadGradientNode(scene, r.Magnitude, fraction, node);
+  LoadGradientNode(table, r.Magnitude, fraction, node);
   r.Slope = Select(r.Magnitude < F{} + scale[3], node[2] - node[0], F{});
   r.Opacity = node[0] + fraction * (node[2] - node[0]);
   return r;
 }
 
 // How far the opacity moves between two magnitudes in nodes, from <= to.
-TERAVOX_INLINE Floats GradientVariation(const NativeScene& scene, Floats from, Floats to)
+TERAVOX_INLINE Floats GradientVariation(const GradientOpacityTable& table, Floats from, Floats to)
 {
   const auto at = [&](Floats x)
   {
     Floats fraction;
     Floats node[4];
-    LoadGradientNode(scene, x, fraction, node);
+    LoadGradientNode(table, x, fraction, node);
     return node[1] + fraction * (node[3] - node[1]);
   };
   return at(to) - at(from);
@@ -112,7 +113,7 @@ TERAVOX_INLINE HalfPiece HalfOf(Floats mean, Floats outer, Floats inner, Floats 
 // gradient leaves of it. `s`: the extinction at the ends and in the middle; `bend`: how far the
 // gradient may be from the lines between the three, in nodes. Returns how far the opacity may
 // change there, as a share of the largest.
-inline Floats AttenuateMean(const NativeScene& scene, const Extinction& first,
+inline Floats AttenuateMean(const GradientOpacityTable& table, const Extinction& first,
   const Extinction& last, const Floats (&s)[3], const GradientSample<Floats> (&gradient)[3],
   Floats bend, Extinction& e)
 {
@@ -137,7 +138,7 @@ inline Floats AttenuateMean(const NativeScene& scene, const Extinction& first,
     Min(LeastBetween(gradient[0], gradient[1]), LeastBetween(gradient[1], gradient[2])) - bend;
   const Floats to =
     Max(gradient[0].Magnitude, Max(gradient[1].Magnitude, gradient[2].Magnitude)) + bend;
-  const Floats unseen = Max(GradientVariation(scene, from, to) - (largest - least), Floats{});
+  const Floats unseen = Max(GradientVariation(table, from, to) - (largest - least), Floats{});
   const auto place = [&](const HalfPiece& h) { return Abs(h.Rest) * (h.Change + h.Kink + unseen); };
   // Where the ends, and what lies between them, see nothing there is nothing, as for those who skip
   // it. The mean alone doesn't say so: what the field's bend takes from it may leave nothing.
@@ -155,9 +156,9 @@ inline Floats AttenuateMean(const NativeScene& scene, const Extinction& first,
 
 // Turns the extinctions at the ends of parts of segments, and what is known of that between them,
 // into those that the gradient leaves. `m`: in the middle. Returns what AttenuateMean() does.
-inline Floats Attenuate(const NativeScene& scene, const Cubic& field, const Gradient& gradient,
-  Floats from, Floats to, Sample<Floats>& a, const Sample<Floats>& m, Sample<Floats>& b,
-  Extinction& e)
+inline Floats Attenuate(const GradientOpacityTable& table, const Cubic& field,
+  const Gradient& gradient, Floats from, Floats to, Sample<Floats>& a, const Sample<Floats>& m,
+  Sample<Floats>& b, Extinction& e)
 {
   const Floats half = 0.5f * (from + to);
   const Floats size = 0.5f * (to - from);
@@ -169,14 +170,14 @@ inline Floats Attenuate(const NativeScene& scene, const Cubic& field, const Grad
       (-1.0f / 6.0f) * (bend + 1.5f * field.D * size) * (size * size));
   };
   const auto at = [&](Floats u) {
-    return SampleGradient(scene, Along(gradient.X, u), Along(gradient.Y, u), Along(gradient.Z, u));
+    return SampleGradient(table, Along(gradient.X, u), Along(gradient.Y, u), Along(gradient.Z, u));
   };
   // A line between two places of a cubic is at most an eighth of its second derivative times the
   // square of their distance off.
   const auto square = [&](Floats u)
   {
     const auto second = [&](const Cubic& g, float scale) { return (g.C + 3.0f * g.D * u) * scale; };
-    const Vec& scale = scene.Parameters->Gradient;
+    const Vec& scale = table.Scale;
     const Floats x = second(gradient.X, scale[0]);
     const Floats y = second(gradient.Y, scale[1]);
     const Floats z = second(gradient.Z, scale[2]);
@@ -186,7 +187,7 @@ inline Floats Attenuate(const NativeScene& scene, const Cubic& field, const Grad
   const Floats s[3] = { a.S, m.S, b.S };
   const GradientSample<Floats> places[3] = { at(from), at(half), at(to) };
   const Floats varied =
-    AttenuateMean(scene, meanOf(a, m, from), meanOf(m, b, half), s, places, bend, e);
+    AttenuateMean(table, meanOf(a, m, from), meanOf(m, b, half), s, places, bend, e);
   a.S = a.S * places[0].Opacity;
   b.S = b.S * places[2].Opacity;
   return varied;

@@ -40,6 +40,7 @@ struct Lot
   float Stops[Lanes]; // where they end, of those in Uniform
   unsigned Uniform; // one bit per cell that goes on through others of the same value, or is a part
   int Count;
+  int Mask; // their value of the mask, where there is one
 };
 
 // What doesn't change along a ray, and what is used anew.
@@ -57,6 +58,8 @@ struct Context
   ProjectionState Projection;
   WatchState Watch;
   ComponentTables Components;
+  GradientOpacityTable Gradient;
+  int Label; // whose tables Table and Gradient are; 0: those of all (KernelMask.h)
 };
 
 inline bool IsOver(const Context& c, const State& s)
@@ -177,7 +180,7 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
     (-1.0f / 6.0f) * (bendA + 1.5f * s.Field.D * size) * size2);
 #if TERAVOX_GRADIENT_OPACITY
   const Sample<Floats> middle = SampleTransfer(c.Table, Along(s.Field, 0.5f * (from + to)));
-  const Floats varied = Attenuate(c.Scene, s.Field, s.Light, from, to, a, middle, b, e);
+  const Floats varied = Attenuate(c.Gradient, s.Field, s.Light, from, to, a, middle, b, e);
 #endif
   const Floats length = size * s.Length;
   const Floats depth = e.Mean * length;
@@ -452,7 +455,7 @@ inline void IntegrateConstant(
 {
   float depth = SampleTransfer(c.Table, position).S * (Max(t1 - t0, 0.0f) * ray.World);
 #if TERAVOX_GRADIENT_OPACITY
-  depth = depth * SampleGradient(c.Scene, 0.0f, 0.0f, 0.0f).Opacity;
+  depth = depth * SampleGradient(c.Gradient, 0.0f, 0.0f, 0.0f).Opacity;
 #endif
   Color<float> color = TransferColor(c.Table, position);
   if (c.Scene.Shade)

@@ -146,6 +146,17 @@ inline bool HasSurface(const Context& c, float from, float to)
   return IsAbove(c, SideOf(c, from - rounding), to + rounding);
 }
 
+// Where there is no value, it isn't known on which side of a surface a ray goes on. Of a mask parts
+// of regions may be left out, of which ranges don't tell: as in VTK rays stay on their side there.
+inline void LoseSide(Context& c)
+{
+#if !TERAVOX_MASK
+  c.Projection.Side = -1;
+#else
+  static_cast<void>(c);
+#endif
+}
+
 // Whether a region without any value, or with values in a range, leaves the ray as it is; of a ray
 // through surfaces it tells on which side the region is.
 inline bool SkipsRange(Context& c, bool none, float from, float to)
@@ -164,7 +175,7 @@ inline bool SkipsRange(Context& c, bool none, float from, float to)
     {
       if (none || IsoCount(c) == 0)
       {
-        p.Side = -1;
+        LoseSide(c);
         return true;
       }
       const std::int32_t side = p.Side >= 0 ? p.Side : SideOf(c, from);

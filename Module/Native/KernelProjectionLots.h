@@ -99,7 +99,7 @@ TERAVOX_INLINE void ProjectSurfaces(Context& c, State& state, const BrickView& v
   {
     if (f.Valid[l] == 0)
     {
-      side = -1;
+      LoseSide(c);
       continue;
     }
     const float least = f.Least[l];
@@ -314,7 +314,7 @@ __attribute__((noinline)) void ProjectNearest(
   {
     if (valid[l] == 0)
     {
-      c.Projection.Side = -1;
+      LoseSide(c);
     }
     else if (c.Scene.Blend == BlendKind::Isosurface)
     {
@@ -361,6 +361,16 @@ void ProjectMapped(
   {
     nearest ? ProjectNearest<T>(c, state, ray, view, w) : ProjectLinear<T>(c, state, ray, view, w);
     lot.Count = 0;
+    lot.Uniform = 0;
+  };
+  // Returns whether the ray goes on.
+  const auto projectIf = [&](bool due)
+  {
+    if (due)
+    {
+      project();
+    }
+    return !due || !IsOver(c, state);
   };
   Quad cell = CellAt(w, t0);
   bool known = true; // `cell` is where the ray is
@@ -378,13 +388,9 @@ void ProjectMapped(
       const float from = NodeOf(c.Table, view, range.Least);
       const float to = NodeOf(c.Table, view, range.Largest);
       const bool crossed = inOrder && HasSurface(c, from, to);
-      if (inOrder && !crossed && lot.Count != 0)
+      if (!projectIf(inOrder && !crossed && lot.Count != 0))
       {
-        project();
-        if (IsOver(c, state))
-        {
-          return;
-        }
+        return;
       }
       skipped = !crossed && SkipsRange(c, range.Least > range.Largest, from, to);
     }
@@ -405,16 +411,27 @@ void ProjectMapped(
       cell = CellAt(w, t);
       known = true;
     }
+#if TERAVOX_MASK
+    const bool whole = MaskOf<T>(view, IndexOf(view, at)) > 0;
+#endif
     do
     {
-      PutCell(lot, w, cell, t, t1);
-      if (lot.Count == Lanes)
+#if TERAVOX_MASK
+      if (!whole)
       {
-        project();
-        if (IsOver(c, state))
+        const bool goesOn = nearest ? PutMasked<T, true>(c, lot, w, view, cell, t, t1, projectIf)
+                                    : PutMasked<T, false>(c, lot, w, view, cell, t, t1, projectIf);
+        if (!goesOn)
         {
           return;
         }
+        continue;
+      }
+#endif
+      PutCell(lot, w, cell, t, t1);
+      if (!projectIf(lot.Count == Lanes))
+      {
+        return;
       }
     } while (t < stop);
     at = Within(view, at + (exits <= next ? w.Move : none));

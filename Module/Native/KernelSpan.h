@@ -57,7 +57,7 @@ inline GradientSample<Floats> GradientAt(const Context& c, const BrickView& view
   const Vectors nowhere{ Floats{}, Floats{}, Floats{} };
   const Gradient g = LoadGradient<T>(view, p.At, p.Around, p.Within, nowhere);
   return SampleGradient(
-    c.Scene, g.X.A * view.PerVoxelX, g.Y.A * view.PerVoxelY, g.Z.A * view.PerVoxelZ);
+    c.Gradient, g.X.A * view.PerVoxelX, g.Y.A * view.PerVoxelY, g.Z.A * view.PerVoxelZ);
 }
 #endif
 
@@ -119,6 +119,9 @@ template <typename T>
 inline Reach LookAhead(const BrickView& view, const Walk& w, Quad at, float t, float wanted)
 {
   Reach reach{ t, { FarAway, -FarAway } };
+#if TERAVOX_MASK
+  const int mask = MaskOf<T>(view, IndexOf(view, at));
+#endif
   while (reach.End < wanted && !IsOutside(view, at))
   {
     const CellPlace place = PlaceOf(view, at);
@@ -127,7 +130,7 @@ inline Reach LookAhead(const BrickView& view, const Walk& w, Quad at, float t, f
       break;
     }
 #if TERAVOX_MASK
-    if (!IsWhollyIn<T>(view, place.Range))
+    if (mask < 0 || MaskOf<T>(view, place.Range) != mask)
     {
       break;
     }

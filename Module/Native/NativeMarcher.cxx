@@ -36,6 +36,10 @@ namespace baseline_mask
 {
 NativeKernel Kernel();
 }
+namespace baseline_mask_gradient
+{
+NativeKernel Kernel();
+}
 #if TERAVOX_HAS_AVX2_KERNEL
 namespace avx2
 {
@@ -55,11 +59,16 @@ namespace avx2_mask
 {
 NativeKernel Kernel();
 }
+namespace avx2_mask_gradient
+{
+NativeKernel Kernel();
+}
 #else
 namespace avx2 = baseline;
 namespace avx2_components = baseline_components;
 namespace avx2_gradient = baseline_gradient;
 namespace avx2_mask = baseline_mask;
+namespace avx2_mask_gradient = baseline_mask_gradient;
 #endif
 
 namespace
@@ -96,8 +105,12 @@ NativeKernel ChooseGradientKernel()
   return UsesAVX2() ? avx2_gradient::Kernel() : baseline_gradient::Kernel();
 }
 
-NativeKernel ChooseMaskKernel()
+NativeKernel ChooseMaskKernel(bool gradientOpacity)
 {
+  if (gradientOpacity)
+  {
+    return UsesAVX2() ? avx2_mask_gradient::Kernel() : baseline_mask_gradient::Kernel();
+  }
   return UsesAVX2() ? avx2_mask::Kernel() : baseline_mask::Kernel();
 }
 
@@ -214,6 +227,20 @@ void SetTables(NativeScene& scene, const std::vector<TransferTable>& tables, std
   }
 }
 
+void SetLabelTables(std::vector<NativeScene::LabelTable>& all,
+  const std::vector<TransferTable>& tables, const GradientTable& gradient)
+{
+  all.clear();
+  for (std::size_t i = 0; i < tables.size(); ++i)
+  {
+    const TransferTable& table = tables[i];
+    const std::size_t node = i * GradientTable::Nodes;
+    all.push_back({ table.Integrals.front().data(), table.Colors.front().data(),
+      table.Occupied.data(), table.Extremes.front().data(), table.Variation.data(),
+      gradient.IsOne() ? nullptr : gradient.Values[node].data() });
+  }
+}
+
 void SetGradientTable(NativeScene& scene, const GradientTable& table)
 {
   scene.GradientOpacity = table.IsOne() ? nullptr : table.Values.front().data();
@@ -304,7 +331,8 @@ NativeMarcher::NativeMarcher()
   , Refiner(ChooseNativeRefiner())
   , ComponentKernel(ChooseComponentKernel())
   , GradientKernel(ChooseGradientKernel())
-  , MaskKernel(ChooseMaskKernel())
+  , MaskKernel(ChooseMaskKernel(false))
+  , MaskGradientKernel(ChooseMaskKernel(true))
 {
 }
 
@@ -317,10 +345,11 @@ PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::
   scene.UsedBlocks = this->UsedBlocks.data();
   constexpr int edge = static_cast<int>(shared::TILE_SIZE);
   const auto count = static_cast<std::int64_t>(tiles.size());
+  const bool gradient = scene.GradientOpacity != nullptr;
   const NativeKernel kernel = scene.Components > 1 ? this->ComponentKernel
-    : scene.Masked                                 ? this->MaskKernel
-    : scene.GradientOpacity != nullptr             ? this->GradientKernel
-                                                   : this->Kernel;
+    : scene.Masked ? (gradient ? this->MaskGradientKernel : this->MaskKernel)
+    : gradient     ? this->GradientKernel
+                   : this->Kernel;
   std::vector<NativeReport> reports(tiles.size());
   Requests all;
   // Nothing in the region throws but an exhausted heap, which ends the process as it should.

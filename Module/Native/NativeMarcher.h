@@ -56,6 +56,9 @@ private:
 void SetTables(NativeScene& scene, const TransferTable& table, std::uint32_t version);
 /// For voxels with several components.
 void SetTables(NativeScene& scene, const std::vector<TransferTable>& tables, std::uint32_t version);
+/// NativeScene::LabelTables, for what BuildLabelTables() and BuildGradientTable() made.
+void SetLabelTables(std::vector<NativeScene::LabelTable>& all,
+  const std::vector<TransferTable>& tables, const GradientTable& gradient);
 /// Of the opacity of gradients, if there is one.
 void SetGradientTable(NativeScene& scene, const GradientTable& table);
 void SetAtlas(
@@ -85,6 +88,7 @@ private:
   NativeKernel ComponentKernel;
   NativeKernel GradientKernel;
   NativeKernel MaskKernel;
+  NativeKernel MaskGradientKernel;
   std::vector<std::uint8_t> UsedSlots;
   std::vector<std::uint8_t> UsedBlocks;
 };

@@ -44,7 +44,7 @@ struct NativeScene
   int Blocks = 0;                   ///< TransferTable::Blocks
   int ExtremesBlock = 0;            ///< TransferTable::ExtremesBlock
   /// GradientTable::Values; null: none. Not with several components or another blend mode than
-  /// composite; of a kernel of its own.
+  /// composite; of kernels of their own.
   const float* GradientOpacity = nullptr;
 
   /// Of voxels with several components: one table each. The table above isn't read then.
@@ -58,6 +58,18 @@ struct NativeScene
   };
   std::array<ComponentTable, MarchParameters::MaximumComponents> ComponentTables{};
   int Components = 1; ///< slots hold component after component
+  /// Of a label mask: what BuildLabelTables() made, by the mask's value; the tables above are [0]
+  /// of them, Blocks and nodes those of all. Null: a binary mask, or none.
+  struct LabelTable
+  {
+    const float* Integrals = nullptr;
+    const std::uint32_t* Colors = nullptr;
+    const std::uint16_t* Occupied = nullptr;
+    const float* Extremes = nullptr;
+    const float* Variation = nullptr;
+    const float* GradientOpacity = nullptr;
+  };
+  const LabelTable* LabelTables = nullptr;
 
   int Width = 0; ///< pixels
   int Height = 0;
@@ -81,7 +93,7 @@ struct NativeScene
 
   std::uint32_t BytesPerTexel = 1;
   bool FloatTexels = false;
-  bool Masked = false; ///< slots hold a mask behind the voxels; composite blending, no FixedStep
+  bool Masked = false; ///< slots hold a mask behind the voxels; no FixedStep
   bool Nearest = false;
   bool FixedStep = false;
   bool Shade = false;
@@ -131,8 +143,8 @@ NativeRefiner ChooseNativeRefiner();
 NativeKernel ChooseComponentKernel();
 /// The same for scenes with GradientOpacity.
 NativeKernel ChooseGradientKernel();
-/// The same for volumes with a mask.
-NativeKernel ChooseMaskKernel();
+/// The same for volumes with a mask, without and with GradientOpacity.
+NativeKernel ChooseMaskKernel(bool gradientOpacity);
 NativeResolver ChooseNativeResolver();
 
 } // namespace teravox

@@ -17,7 +17,7 @@ namespace teravox
 namespace
 {
 Result<std::shared_ptr<BrickSource>> MakeMaskSource(
-  const VolumeInfo& volume, vtkImageData* image, vtkDataArray* array, bool cellData)
+  const VolumeInfo& volume, vtkImageData* image, vtkDataArray* array, bool cellData, bool labels)
 {
   const auto type = FromVTK(array->GetDataType());
   if (!type || !array->HasStandardMemoryLayout())
@@ -47,7 +47,8 @@ Result<std::shared_ptr<BrickSource>> MakeMaskSource(
   description.Owner = std::shared_ptr<const void>(description.Data, [kept](const void*) {});
   description.Type = *type;
   description.Components = array->GetNumberOfComponents();
-  description.Mask = true;
+  description.Mask = !labels;
+  description.Labels = labels;
   description.Name =
     array->GetName() ? "\"" + std::string(array->GetName()) + "\"" : "without a name";
   if (description.Dimensions == volume.Layout.Dimensions(0))
@@ -66,11 +67,12 @@ Result<std::shared_ptr<BrickSource>> MakeMaskSource(
 bool MaskInput::Key::operator==(const Key& o) const
 {
   return this->Source == o.Source && this->Image == o.Image && this->ImageTime == o.ImageTime &&
-    this->Array == o.Array && this->ArrayTime == o.ArrayTime && this->Pyramid == o.Pyramid;
+    this->Array == o.Array && this->ArrayTime == o.ArrayTime && this->Pyramid == o.Pyramid &&
+    this->Labels == o.Labels;
 }
 
-std::shared_ptr<BrickSource> MaskInput::Find(
-  const std::shared_ptr<BrickSource>& source, vtkImageData* mask, std::string& error)
+std::shared_ptr<BrickSource> MaskInput::Find(const std::shared_ptr<BrickSource>& source,
+  vtkImageData* mask, std::vector<std::int64_t> labels, std::string& error)
 {
   bool cellData = false;
   vtkDataArray* array = FindScalars(mask, cellData);
@@ -87,6 +89,7 @@ std::shared_ptr<BrickSource> MaskInput::Find(
   key.ArrayTime = array->GetMTime();
   const vtkBrickSource* holder = vtkBrickSource::Get(array);
   key.Pyramid = holder ? holder->GetBrickSource() : nullptr;
+  key.Labels = std::move(labels);
   if (this->Masked && this->Made == key)
   {
     return this->Masked;
@@ -95,13 +98,15 @@ std::shared_ptr<BrickSource> MaskInput::Find(
   this->Made = {};
   Result<std::shared_ptr<BrickSource>> voxels = key.Pyramid
     ? Result<std::shared_ptr<BrickSource>>(key.Pyramid)
-    : MakeMaskSource(source->Info(), mask, array, cellData);
+    : MakeMaskSource(source->Info(), mask, array, cellData, !key.Labels.empty());
   if (!voxels)
   {
     error = voxels.GetStatus().Message();
     return nullptr;
   }
-  auto masked = MaskedBrickSource::Make(source, voxels.Value());
+  auto masked = key.Labels.empty()
+    ? MaskedBrickSource::Make(source, voxels.Value())
+    : MaskedBrickSource::MakeLabels(source, voxels.Value(), key.Labels);
   if (!masked)
   {
     error = masked.GetStatus().Message();

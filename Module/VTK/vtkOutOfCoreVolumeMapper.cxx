@@ -5,11 +5,11 @@
 #include "ColorAndDepthImage.h"
 #include "InputArray.h"
 #include "MaskInput.h"
+#include "PropertyFunctions.h"
 #include "RefinementBoard.h"
 #include "ScalarBrickSource.h"
 #include "ShaderReplacements.h"
 #include "SliceDepths.h"
-#include "TransferRange.h"
 #include "VTKVersions.h"
 #include "VolumeEngine.h"
 #include "VolumePick.h"
@@ -92,146 +92,6 @@ double Now()
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// How the functions lie over the values of the data.
-struct RangeChoice
-{
-  teravox::ValueRange Data = teravox::ValueRange::Unknown();
-  bool NativeColor = false;
-  bool NativeOpacity = false;
-  bool NativeGradient = false;
-
-  bool operator==(const RangeChoice& o) const
-  {
-    return this->NativeColor == o.NativeColor && this->NativeOpacity == o.NativeOpacity &&
-      this->NativeGradient == o.NativeGradient;
-  }
-};
-
-bool HasGradientOpacity(vtkVolumeProperty* property, int component)
-{
-  return property->GetTransferFunctionMode() == vtkVolumeProperty::TF_1D &&
-    property->HasGradientOpacity(component) && property->GetDisableGradientOpacity(component) == 0;
-}
-
-// Opacity over the magnitude of gradients. VTK takes magnitudes up to a quarter of the range of the
-// data; beyond, the opacity is what it is there. Native: stretched over that from a quarter of the
-// function's own range.
-void SetGradientOpacity(
-  vtkPiecewiseFunction* own, const RangeChoice& range, teravox::TransferFunction& function)
-{
-  auto opacity = vtkSmartPointer<vtkPiecewiseFunction>::New();
-  opacity->DeepCopy(own);
-  const bool isEmpty = opacity->GetSize() < 1;
-  teravox::FitToRange(opacity, range.Data, false);
-  double ends[2] = { 0, 0 };
-  opacity->GetRange(ends);
-  const double width = range.Data.Max - range.Data.Min;
-  const bool isKnown =
-    range.Data.IsKnown() && !range.Data.IsVoid() && std::isfinite(width) && width > 0;
-  const double stretch = range.NativeGradient && !isEmpty && isKnown && ends[1] > ends[0]
-    ? (ends[1] - ends[0]) / width
-    : 1;
-  const double last = isKnown ? 0.25 * width * stretch : ends[1];
-  // Where the function is constant up to there, tables needn't reach so far.
-  const double end = opacity->GetClamping() != 0 && ends[1] > 0 ? std::min(last, ends[1]) : last;
-  function.LastGradient = end > 0 ? end / stretch : 1;
-  function.GradientOpacity = [opacity, stretch, end](double m)
-  { return opacity->GetValue(std::min(m * stretch, end)); };
-}
-
-// Of a component.
-teravox::TransferFunction MakeTransferFunction(
-  vtkVolumeProperty* property, int component, const RangeChoice& range)
-{
-  // Copies: the function is sampled later, and must be what it is now.
-  auto opacity = vtkSmartPointer<vtkPiecewiseFunction>::New();
-  opacity->DeepCopy(property->GetScalarOpacity(component));
-  teravox::FitToRange(opacity, range.Data, range.NativeOpacity);
-  teravox::TransferFunction function;
-  function.UnitDistance = property->GetScalarOpacityUnitDistance(component);
-  function.Opacity = [opacity](double v) { return opacity->GetValue(v); };
-  function.IsConstantBeyond = opacity->GetClamping() != 0;
-  for (int i = 0; i < opacity->GetSize(); ++i)
-  {
-    double node[4];
-    opacity->GetNodeValue(i, node);
-    function.Knots.push_back(node[0]);
-    if (i + 1 < opacity->GetSize())
-    {
-      double next[4];
-      opacity->GetNodeValue(i + 1, next);
-      function.Knots.push_back(node[0] + node[2] * (next[0] - node[0]));
-    }
-  }
-  if (property->GetColorChannels(component) == 3)
-  {
-    auto color = vtkSmartPointer<vtkColorTransferFunction>::New();
-    color->DeepCopy(property->GetRGBTransferFunction(component));
-    teravox::FitToRange(color, range.Data, range.NativeColor);
-    function.IsConstantBeyond = function.IsConstantBeyond && color->GetClamping() != 0;
-    function.Color = [color](double v, double* rgb) { color->GetColor(v, rgb); };
-    for (int i = 0; i < color->GetSize(); ++i)
-    {
-      double node[6];
-      color->GetNodeValue(i, node);
-      function.Knots.push_back(node[0]);
-      if (i + 1 < color->GetSize())
-      {
-        double next[6];
-        color->GetNodeValue(i + 1, next);
-        function.Knots.push_back(node[0] + node[4] * (next[0] - node[0]));
-      }
-    }
-  }
-  else
-  {
-    auto gray = vtkSmartPointer<vtkPiecewiseFunction>::New();
-    gray->DeepCopy(property->GetGrayTransferFunction(component));
-    teravox::FitToRange(gray, range.Data, range.NativeColor);
-    function.IsConstantBeyond = function.IsConstantBeyond && gray->GetClamping() != 0;
-    function.Color = [gray](double v, double* rgb)
-    { rgb[0] = rgb[1] = rgb[2] = gray->GetValue(v); };
-    for (int i = 0; i < gray->GetSize(); ++i)
-    {
-      double node[4];
-      gray->GetNodeValue(i, node);
-      function.Knots.push_back(node[0]);
-    }
-  }
-  if (HasGradientOpacity(property, component))
-  {
-    SetGradientOpacity(property->GetGradientOpacity(component), range, function);
-  }
-  std::sort(function.Knots.begin(), function.Knots.end());
-  function.Knots.erase(
-    std::unique(function.Knots.begin(), function.Knots.end()), function.Knots.end());
-  return function;
-}
-
-// Of dependent components: whether there is such a mode for so many.
-bool AreDependent(vtkVolumeProperty* property, int components)
-{
-  return property->GetIndependentComponents() == 0 && (components == 2 || components == 4);
-}
-
-teravox::ComponentFunctions MakeComponentFunctions(
-  vtkVolumeProperty* property, int components, const RangeChoice& range)
-{
-  teravox::ComponentFunctions functions;
-  const bool dependent = AreDependent(property, components);
-  functions.Mode =
-    dependent ? teravox::ComponentMode::Dependent : teravox::ComponentMode::Independent;
-  for (int c = 0; c < (dependent ? 1 : components); ++c)
-  {
-    const auto i = static_cast<std::size_t>(c);
-    functions.Functions.push_back(MakeTransferFunction(property, c, range));
-    functions.Weight[i] = property->GetComponentWeight(c);
-    functions.Material[i] = { static_cast<float>(property->GetAmbient(c)),
-      static_cast<float>(property->GetDiffuse(c)), static_cast<float>(property->GetSpecular(c)),
-      static_cast<float>(property->GetSpecularPower(c)) };
-  }
-  return functions;
-}
 } // namespace
 
 class vtkOutOfCoreVolumeMapper::vtkInternals
@@ -262,7 +122,8 @@ public:
   vtkMTimeType FunctionTime = 0;
   vtkVolumeProperty* FunctionOf = nullptr;
   std::shared_ptr<teravox::BrickSource> FunctionFor;
-  RangeChoice FunctionRange;
+  teravox::RangeChoice FunctionRange;
+  float FunctionBlend = 1;   // MaskBlendFactor
   double FunctionLength = 0; // ShortestLength that it was sampled for
   std::uint64_t FunctionVersion = 0;
   std::set<std::string> Warned;
@@ -687,18 +548,26 @@ int LatticeStagesOf(vtkOutOfCoreVolumeMapper* m)
     std::min(2 * std::log2(most), static_cast<double>(teravox::MostLatticeStages)));
 }
 
-// A label mask is one only together with labels of the property, of which there is a warning.
-bool HasBinaryMask(vtkOutOfCoreVolumeMapper* m)
+// A label mask is one only together with labels of the property, and as far as it counts.
+bool HasLabelMask(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p)
 {
   return m->GetMaskInput() != nullptr &&
-    m->GetMaskType() == vtkGPUVolumeRayCastMapper::BinaryMaskType;
+    m->GetMaskType() == vtkGPUVolumeRayCastMapper::LabelMapMaskType &&
+    m->GetMaskBlendFactor() > 0 && !teravox::LabelsOf(p).empty();
+}
+
+bool HasMask(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p)
+{
+  const bool isBinary =
+    m->GetMaskInput() != nullptr && m->GetMaskType() == vtkGPUVolumeRayCastMapper::BinaryMaskType;
+  return isBinary || HasLabelMask(m, p);
 }
 
 // Whether the mask decides what is drawn.
-bool IsMasked(vtkOutOfCoreVolumeMapper* m, int components)
+bool IsMasked(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p, int components)
 {
-  return HasBinaryMask(m) && components == 1 &&
-    m->GetBlendMode() == vtkVolumeMapper::COMPOSITE_BLEND;
+  return HasMask(m, p) && components == 1 &&
+    (!HasLabelMask(m, p) || m->GetBlendMode() == vtkVolumeMapper::COMPOSITE_BLEND);
 }
 
 // Properties of VTK that this mapper doesn't do; each warns once, by name.
@@ -717,13 +586,12 @@ std::vector<std::string> FindUnsupported(
   check(m->GetBlendMode() < vtkVolumeMapper::COMPOSITE_BLEND ||
       m->GetBlendMode() > vtkVolumeMapper::SLICE_BLEND,
     "BlendMode");
-  const bool masked = HasBinaryMask(m);
+  const bool masked = HasMask(m, p);
   check(masked && components > 1, "MaskInput with components");
-  check(
-    masked && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND, "MaskInput with BlendMode");
-  check(IsMasked(m, components) && m->GetImageErrorTolerance() <= 0,
+  check(HasLabelMask(m, p) && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND,
+    "MaskTypeToLabelMap with BlendMode");
+  check(IsMasked(m, p, components) && m->GetImageErrorTolerance() <= 0,
     "ImageErrorTolerance of 0 with MaskInput");
-  check(m->GetMaskBlendFactor() != 1.0f, "MaskBlendFactor");
   check(m->GetUseJittering() != 0, "UseJittering");
   check(m->GetUseDepthPass() != 0, "UseDepthPass");
   check(m->GetFinalColorWindow() == 0, "FinalColorWindow of 0");
@@ -739,19 +607,20 @@ std::vector<std::string> FindUnsupported(
   bool hasGradientOpacity = false;
   for (int c = 0; c < std::min(components, VTK_MAX_VRCOMP); ++c)
   {
-    hasGradientOpacity = hasGradientOpacity || HasGradientOpacity(p, c);
+    hasGradientOpacity = hasGradientOpacity || teravox::HasGradientOpacity(p, c);
   }
   check(hasGradientOpacity && components > 1, "GradientOpacity with components");
   check(hasGradientOpacity && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND,
     "GradientOpacity in this BlendMode");
-  check(hasGradientOpacity && IsMasked(m, components), "GradientOpacity with MaskInput");
+  check(HasLabelMask(m, p) && m->GetMaskBlendFactor() < 1 &&
+      (hasGradientOpacity || teravox::HasLabelGradientOpacity(p)),
+    "GradientOpacity with MaskBlendFactor");
   check(p->GetTransferFunctionMode() != vtkVolumeProperty::TF_1D, "TransferFunctionMode");
   check(components == 3 && p->GetIndependentComponents() == 0,
     "IndependentComponents off with 3 components");
   check(components > 1 && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND,
     "BlendMode with components");
   check(p->GetUseClippedVoxelIntensity() != 0, "UseClippedVoxelIntensity");
-  check(p->GetNumberOfLabels() > 0, "LabelColor, LabelScalarOpacity, LabelGradientOpacity");
   check(teravox::HasShaderReplacements(v), "ShaderProperty");
   check(m->GetBlendMode() == vtkVolumeMapper::ISOSURFACE_BLEND &&
       p->GetIsoSurfaceValues()->GetNumberOfContours() > static_cast<int>(teravox::MaximumIsoValues),
@@ -1010,10 +879,12 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     }
   }
 
-  const bool masked = IsMasked(this, components);
+  const bool masked = IsMasked(this, property, components);
   if (masked)
   {
-    source = in.Mask.Find(source, this->MaskInput, error);
+    source = in.Mask.Find(source, this->MaskInput,
+      HasLabelMask(this, property) ? teravox::LabelsOf(property) : std::vector<std::int64_t>(),
+      error);
     if (!source)
     {
       fail("MaskInput: " + error);
@@ -1148,29 +1019,34 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     settings.ShuffleSeed = this->ArrivalShuffleSeed;
   }
   in.Engine.SetSettings(settings);
-  const vtkMTimeType functionTime =
-    std::max({ property->GetMTime(), property->GetScalarOpacity()->GetMTime() });
-  const RangeChoice range{ source->Info().Range, this->ColorRangeType == NATIVE,
+  const vtkMTimeType functionTime = std::max({ property->GetMTime(),
+    property->GetScalarOpacity()->GetMTime(), masked ? teravox::LabelTime(property) : 0 });
+  const teravox::RangeChoice range{ source->Info().Range, this->ColorRangeType == NATIVE,
     this->ScalarOpacityRangeType == NATIVE, this->GradientOpacityRangeType == NATIVE };
   // How the function is sampled depends on the values of the source and on the size of its voxels.
   if (in.FunctionOf != property || in.FunctionTime != functionTime || in.FunctionVersion == 0 ||
     in.FunctionFor != source || !(in.FunctionRange == range) ||
-    in.FunctionLength != request.ShortestLength)
+    in.FunctionLength != request.ShortestLength || in.FunctionBlend != this->MaskBlendFactor)
   {
     in.FunctionOf = property;
     in.FunctionTime = functionTime;
     in.FunctionFor = source;
     in.FunctionRange = range;
     in.FunctionLength = request.ShortestLength;
+    in.FunctionBlend = this->MaskBlendFactor;
     ++in.FunctionVersion;
     if (components > 1)
     {
       in.Engine.SetComponentFunctions(
-        MakeComponentFunctions(property, components, range), in.FunctionVersion);
+        teravox::MakeComponentFunctions(property, components, range), in.FunctionVersion);
     }
     else
     {
-      in.Engine.SetTransferFunction(MakeTransferFunction(property, 0, range), in.FunctionVersion);
+      const auto blend = static_cast<double>(this->MaskBlendFactor);
+      in.Engine.SetTransferFunction(masked && HasLabelMask(this, property)
+          ? teravox::MakeLabelFunctions(property, range, blend)
+          : teravox::MakeTransferFunction(property, 0, range),
+        in.FunctionVersion);
     }
   }
 

@@ -85,15 +85,6 @@ float Voxel(BrickView view, ivec3 at)
   return texelFetch(u_atlasTexture, view.firstVoxel + at, 0).r;
 }
 
-#if TERAVOX_MASK
-// Whether a voxel is drawn at all: behind the voxels of a slot lies a mask of ones and zeros.
-bool IsInMask(BrickView view, ivec3 at)
-{
-  at.z += int(u_atlas.w);
-  return Voxel(view, at) > 0.0;
-}
-#endif
-
 // Least and largest texel of a cell of CELL_EDGE^3 voxels, filter support included.
 vec2 CellRange(BrickView view, ivec3 at)
 {
@@ -221,4 +212,5 @@ vec3 CentralDifference(BrickView view, ivec3 at)
   return difference;
 }
 #endif
+#include "Library/Mask.glsl"
 #include "Library/ComponentTables.glsl"

@@ -188,11 +188,17 @@ VisitedCell NextVisibleCell(inout CellWalk walk, inout State state, BrickView vi
 #else
       vec2 range = CellRange(view, ivec3(at));
 #endif
+#if TERAVOX_MASK
+      SelectTablesOf(view, ivec3(at));
+#endif
 #if TERAVOX_BLEND
       bool empty = false;
 #elif !TERAVOX_COMPONENTS
       bool empty =
         skip && (range.x > range.y || IsEmptyBetween(NodeOf(view, range.x), NodeOf(view, range.y)));
+#endif
+#if TERAVOX_MASK
+      SelectTables(0);
 #endif
       vec3 low = at * float(CELL_EDGE) + BORDER;
       // The first cell begins half a voxel before the brick.

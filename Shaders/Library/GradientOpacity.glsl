@@ -20,7 +20,7 @@ vec4 GradientNode(float x, out float fraction)
   int i = int(min(within, u_gradient.w - 1.0));
   precise float f = within - float(i);
   fraction = f;
-  return texelFetch(u_gradientTable, i);
+  return texelFetch(u_gradientTable, g_label * (int(u_gradient.w) + 1) + i);
 }
 
 // `gradient`: central difference per axis, in voxels of level 0.

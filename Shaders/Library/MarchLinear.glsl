@@ -12,9 +12,9 @@
 #include "Library/ComponentCells.glsl"
 #else
 #include "Library/Pieces.glsl"
-#if TERAVOX_MASK
-#include "Library/Mask.glsl"
 #endif
+#if TERAVOX_MASK
+#include "Library/MaskCells.glsl"
 #endif
 
 void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float t0, float t1)

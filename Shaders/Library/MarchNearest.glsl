@@ -11,12 +11,16 @@ void TakeVoxel(
 {
   float texel = Voxel(view, voxel);
   float node = NodeOf(view, texel);
+#if TERAVOX_MASK
+  int mask = MaskAt(view, voxel);
+  SelectTables(mask);
+#endif
   precise float depth = SampleTransfer(node).s * ((t1 - t0) * ray.world);
 #if TERAVOX_FLOAT_DATA
   depth = isnan(texel) ? 0.0 : depth;
 #endif
 #if TERAVOX_MASK
-  depth = IsInMask(view, voxel) ? depth : 0.0;
+  depth = mask != 0 ? depth : 0.0;
 #endif
   vec3 color = TransferColor(node);
 #if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
@@ -36,6 +40,9 @@ void TakeVoxel(
   COUNT(samples, true);
   COUNT(evaluated, depth > 0.0);
   COUNT(contributing, depth > 0.0);
+#if TERAVOX_MASK
+  SelectTables(0);
+#endif
 }
 #endif
 

@@ -1,63 +1,44 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// Volumes of which only a part is drawn, by the mask that lies behind the voxels of a slot (Atlas).
-// It is sampled with nearest neighbour: in a cell between voxels it is constant in each of the eight
-// octants, and a ray is cut where it passes from one into another.
+// The mask that lies behind the voxels of a slot, in texels of the same type: 0 where nothing is
+// drawn; with a label mask else whose tables count, with a binary one 1.
+#if TERAVOX_MASK
 
-// Whether all voxels are of the cell of CELL_EDGE^3 that a cell lies in, with those that are
-// interpolated with them.
-bool IsWhollyIn(BrickView view, vec3 cell)
+// The mask's value that a texel holds.
+int MaskValue(float texel)
 {
-  float last = float(CellsAlong() - 1);
-  ivec3 at = ivec3(clamp(floor((cell - BORDER) * (1.0 / float(CELL_EDGE))), 0.0, last));
-  at.z += CellsAlong();
-  return CellRange(view, at).x > 0.0;
+  return int(texel * u_value.x + 0.5);
 }
 
-// IntegrateCell() for the parts of a cell that are in the mask.
-void IntegrateMasked(
-  inout State state, Ray ray, BrickView view, int level, CellWalk walk, VisitedCell visited)
+int MaskAt(BrickView view, ivec3 voxel)
 {
-  uint bits = 255u; // of the voxels around it: x + 2 y + 4 z
-  if (!IsWhollyIn(view, visited.cell))
-  {
-    ivec3 first = ivec3(visited.cell);
-    bits = 0u;
-    for (int i = 0; i < 8; ++i)
-    {
-      bits |= IsInMask(view, first + ivec3(i & 1, i >> 1 & 1, i >> 2)) ? 1u << uint(i) : 0u;
-    }
-  }
-  float end = walk.t;
-  precise vec3 middles = (visited.cell + 0.5 - walk.first) * walk.inverse;
-  float least = min(middles.x, middles.y);
-  float largest = max(middles.x, middles.y);
-  vec4 cuts = vec4(min(least, middles.z), max(least, min(largest, middles.z)),
-    max(largest, middles.z), end);
-  cuts = bits == 0u || bits == 255u ? vec4(end) : cuts;
-  float from = visited.begin;
-  for (int i = 0; i < 4; ++i)
-  {
-    if (from >= end || bits == 0u || state.transmittance <= u_step.z)
-    {
-      break;
-    }
-    float to = min(max(cuts[i], from), end);
-    if (to > from)
-    {
-      // Behind the middle of an axis lies the upper half, if the ray goes up.
-      uvec3 upper = uvec3(
-        equal(lessThanEqual(middles, vec3(from)), greaterThan(walk.forward, vec3(0.0))));
-      uint octant = upper.x | upper.y << 1u | upper.z << 2u;
-      if ((bits >> octant & 1u) != 0u)
-      {
-        CellWalk upTo = walk;
-        upTo.t = to;
-        VisitedCell part = visited;
-        part.begin = from;
-        IntegrateCell(state, ray, view, level, upTo, part);
-      }
-      from = to;
-    }
-  }
+  voxel.z += int(u_atlas.w);
+  return MaskValue(Voxel(view, voxel));
 }
+
+// Least and largest value in a cell of CELL_EDGE^3 voxels, with those that are interpolated with
+// them.
+ivec2 MaskRange(BrickView view, ivec3 cell)
+{
+  cell.z += CellsAlong();
+  vec2 range = CellRange(view, cell);
+  return ivec2(MaskValue(range.x), MaskValue(range.y));
+}
+
+// From now on the tables of a value of the mask count.
+void SelectTables(int value)
+{
+#if TERAVOX_LABELS
+  g_label = value;
+#endif
+}
+
+// The same for all that lies in such a cell.
+void SelectTablesOf(BrickView view, ivec3 cell)
+{
+#if TERAVOX_LABELS
+  ivec2 range = MaskRange(view, cell);
+  g_label = range.x == range.y ? range.x : 0;
+#endif
+}
+#endif

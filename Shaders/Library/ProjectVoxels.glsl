@@ -11,13 +11,18 @@ void TakeVoxel(
 #if TERAVOX_SHADE
   gradient = CentralDifference(view, voxel) / vec3(u_levelFactor[level].xyz);
 #endif
-#if TERAVOX_FLOAT_DATA
-  bool none = isnan(texel);
-  g_side = none ? -1 : g_side;
-#else
   bool none = false;
+#if TERAVOX_FLOAT_DATA
+  none = isnan(texel);
 #endif
-  if (!none)
+#if TERAVOX_MASK
+  none = none || MaskAt(view, voxel) == 0;
+#endif
+  if (none)
+  {
+    LoseSide();
+  }
+  else
   {
     TakeValue(state, ray, node, gradient, t0, t1);
   }

@@ -108,6 +108,15 @@ bool IsBelow(int side, float node)
 }
 #endif
 
+// Where there is no value, it isn't known on which side of a surface a ray goes on. Of a mask parts
+// of regions may be left out, of which ranges don't tell: as in VTK rays stay on their side there.
+void LoseSide()
+{
+#if !TERAVOX_MASK
+  g_side = -1;
+#endif
+}
+
 // Whether a region without any value, or with values in a range, leaves the ray as it is; of a ray
 // through surfaces it tells on which side the region is.
 bool SkipsRange(bool none, float from, float to)
@@ -119,9 +128,13 @@ bool SkipsRange(bool none, float from, float to)
 #elif TERAVOX_BLEND == BLEND_AVERAGE
   return none || to + u_projection.y < u_projection.z || from - u_projection.y > u_projection.w;
 #elif TERAVOX_BLEND == BLEND_ISOSURFACE
-  bool all = none || IsoCount() == 0;
-  int side = all ? -1 : (g_side >= 0 ? g_side : SideOf(from));
-  bool same = all || !(IsBelow(side, from - u_projection.y) || IsAbove(side, to + u_projection.y));
+  if (none || IsoCount() == 0)
+  {
+    LoseSide();
+    return true;
+  }
+  int side = g_side >= 0 ? g_side : SideOf(from);
+  bool same = !(IsBelow(side, from - u_projection.y) || IsAbove(side, to + u_projection.y));
   g_side = same ? side : g_side;
   return same;
 #else

@@ -52,9 +52,17 @@ Sample SampleTable(int first, float nodes, float position)
   return r;
 }
 
+#if TERAVOX_LABELS
+// Of a label mask: which of the tables counts, by the mask's value. 0: what is known of all labels
+// together, to skip by.
+int g_label = 0;
+#else
+const int g_label = 0;
+#endif
+
 Sample SampleTransfer(float position)
 {
-  return SampleTable(0, u_transfer.w, position);
+  return SampleTable(g_label * int(u_transfer.w), u_transfer.w, position);
 }
 
 // The colour at a position, and how it changes per node.
@@ -80,7 +88,7 @@ vec3 TableColor(int first, float nodes, float position, out vec3 slope)
 
 vec3 TransferColor(float position, out vec3 slope)
 {
-  return TableColor(0, u_transfer.w, position, slope);
+  return TableColor(g_label * int(u_transfer.w), u_transfer.w, position, slope);
 }
 
 vec3 TransferColor(float position)
@@ -101,7 +109,9 @@ bool IsTableEmpty(int firstInterval, float nodes, float fromPosition, float toPo
 
 bool IsEmptyBetween(float fromPosition, float toPosition)
 {
-  return IsTableEmpty(0, u_transfer.w, fromPosition, toPosition);
+  // A table has an interval before its first node, one behind its last, and an end.
+  return IsTableEmpty(
+    g_label * (int(u_transfer.w) + 2), u_transfer.w, fromPosition, toPosition);
 }
 
 // 1 - exp(-depth), without cancellation.

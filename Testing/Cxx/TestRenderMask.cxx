@@ -9,6 +9,7 @@
 #include "BesideVTK.h"
 #include "EachWay.h"
 #include "ExpectTruth.h"
+#include "MaskImages.h"
 #include "MessageRecorder.h"
 #include "RecordingSource.h"
 #include "vtkBrickSource.h"
@@ -17,7 +18,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <functional>
 #include <gtest/gtest.h>
 #include <vtkImageData.h>
 #include <vtkPointData.h>
@@ -31,76 +31,6 @@ namespace
 {
 
 constexpr int BrickEdge = 16;
-
-using InMask = std::function<bool(std::int64_t, std::int64_t, std::int64_t)>;
-
-vtkSmartPointer<vtkImageData> MaskImage(const std::array<int, 3>& n, const InMask& isIn)
-{
-  auto image = vtkSmartPointer<vtkImageData>::New();
-  image->SetDimensions(n.data());
-  image->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
-  auto* voxel = static_cast<unsigned char*>(image->GetScalarPointer());
-  for (int k = 0; k < n[2]; ++k)
-  {
-    for (int j = 0; j < n[1]; ++j)
-    {
-      for (int i = 0; i < n[0]; ++i)
-      {
-        *voxel++ = isIn(i, j, k) ? 255 : 0;
-      }
-    }
-  }
-  return image;
-}
-
-// Three quarters of a volume, with steps in all directions and a few single voxels in and out.
-InMask Sponge(const std::array<int, 3>& n)
-{
-  return [n](std::int64_t i, std::int64_t j, std::int64_t k)
-  {
-    const std::int64_t hash = (i * 7919 + j * 104729 + k * 1299709) % 101;
-    const bool block = i < n[0] / 2 && j < n[1] / 2;
-    const bool stairs = i / 3 + k / 4 > j / 2 + 2;
-    return hash == 0 ? block || !stairs : !block && stairs;
-  };
-}
-
-// A coarser level is in the mask where any of its voxels is.
-std::vector<TruthLevel> MaskLevels(const PyramidLayout& layout, const InMask& isIn)
-{
-  std::vector<TruthLevel> levels;
-  const Int3 n = layout.Dimensions(0);
-  for (int l = 0; l < layout.NumberOfLevels(); ++l)
-  {
-    const Int3 f = layout.Factor(l);
-    levels.push_back(TruthLevel::FromFunction(
-      [=](std::int64_t i, std::int64_t j, std::int64_t k)
-      {
-        for (std::int64_t z = k * f[2]; z < std::min((k + 1) * f[2], n[2]); ++z)
-        {
-          for (std::int64_t y = j * f[1]; y < std::min((j + 1) * f[1], n[1]); ++y)
-          {
-            for (std::int64_t x = i * f[0]; x < std::min((i + 1) * f[0], n[0]); ++x)
-            {
-              if (isIn(x, y, z))
-              {
-                return 1.0;
-              }
-            }
-          }
-        }
-        return 0.0;
-      },
-      layout.Dimensions(l), f));
-  }
-  return levels;
-}
-
-void SetMask(vtkGPUVolumeRayCastMapper* mapper, vtkImageData* mask)
-{
-  mapper->SetMaskInput(mask);
-  mapper->SetMaskTypeToBinary();
-}
 
 // What the shape of a picture depends on.
 void Prepare(Stage& stage, vtkImageData* image, const ImageOptions& options = {})

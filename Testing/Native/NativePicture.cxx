@@ -5,6 +5,7 @@
 #include "AtlasPlan.h"
 #include "BrickTexels.h"
 #include "GradientTable.h"
+#include "LabelTables.h"
 #include "MarchSetup.h"
 #include "NativeAtlas.h"
 #include "NativeMarcher.h"
@@ -135,6 +136,8 @@ struct PictureMaker::Parts
   AtlasPlan Plan;
   TransferTable Transfer;
   GradientTable OpacityOfGradient;
+  std::vector<TransferTable> OfLabels;
+  std::vector<NativeScene::LabelTable> LabelTables;
   std::uint32_t TableVersion = 1;
   std::unique_ptr<NativeAtlas> Atlas;
   std::unique_ptr<PageTable> Table;
@@ -200,8 +203,18 @@ Status PictureMaker::Parts::Prepare()
     return geometry.GetStatus();
   }
   this->Geometry = geometry.Value();
-  this->Transfer = BuildTransferTable(this->Scene.Function, info.Range, !IsFloat(info.Type), 1e-3);
   this->OpacityOfGradient = BuildGradientTable(this->Scene.Function);
+  if (info.MaskLabels > 0)
+  {
+    this->OfLabels = BuildLabelTables(this->Scene.Function, info.Range, !IsFloat(info.Type), 1e-3);
+    SetLabelTables(this->LabelTables, this->OfLabels, this->OpacityOfGradient);
+    this->Transfer = this->OfLabels.front();
+  }
+  else
+  {
+    this->Transfer =
+      BuildTransferTable(this->Scene.Function, info.Range, !IsFloat(info.Type), 1e-3);
+  }
   this->Marcher = MarcherOf(this->Means.Baseline);
   this->View.Resize(camera.Width, camera.Height);
   this->FillParameters();
@@ -235,6 +248,7 @@ NativeScene PictureMaker::Parts::MakeScene()
   s.Planes = this->Geometry.Planes.empty() ? nullptr : this->Geometry.Planes.front().data();
   SetTables(s, this->Transfer, this->TableVersion);
   SetGradientTable(s, this->OpacityOfGradient);
+  s.LabelTables = this->LabelTables.empty() ? nullptr : this->LabelTables.data();
   SetAtlas(s, *this->Atlas, *this->Table, this->Format);
   SetView(s, this->View, this->Scene.Camera.Width, this->Scene.Camera.Height);
   s.Masked = this->Scene.Source->Info().Masked;
@@ -552,6 +566,16 @@ ViewInput MakeCamera(const VolumeInfo& info, int width, int height, const Matrix
   input.Height = height;
   input.CellData = info.CellData;
   return input;
+}
+
+float LargestDifference(const Picture& a, const Picture& b)
+{
+  float largest = 0;
+  for (std::size_t i = 0; i < a.Colors.size(); ++i)
+  {
+    largest = std::max(largest, std::abs(a.Colors[i] - b.Colors[i]));
+  }
+  return largest;
 }
 
 TransferFunction WithGradientOpacity(TransferFunction function, double low, double high)

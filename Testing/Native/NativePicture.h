@@ -87,6 +87,8 @@ bool HasSeveralInstructionSets();
 
 /// Two pictures are equal to the bit; the message names the first pixel that isn't.
 void ExpectSameBits(const Picture& a, const Picture& b, const std::string& what);
+/// Of all channels of two pictures of one size.
+float LargestDifference(const Picture& a, const Picture& b);
 /// Converged, and each accumulator is a number that a picture can hold.
 void ExpectSound(const Picture& picture, const std::string& what);
 

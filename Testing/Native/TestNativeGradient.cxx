@@ -16,16 +16,6 @@ namespace
 {
 using namespace test;
 
-float LargestDifference(const Picture& a, const Picture& b)
-{
-  float largest = 0;
-  for (std::size_t i = 0; i < a.Colors.size(); ++i)
-  {
-    largest = std::max(largest, std::abs(a.Colors[i] - b.Colors[i]));
-  }
-  return largest;
-}
-
 // Rises along x only, so that the gradient is the same all over but at the ends along x.
 Volume Ramp(ScalarType type, const Double3& spacing)
 {

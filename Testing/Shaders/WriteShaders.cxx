@@ -63,10 +63,11 @@ int main(int argc, char* argv[])
     {
       for (const ShaderVariant& variant : ShaderVariant::All())
       {
-        // Of the many with several components or opacity by gradient, those with up to three
-        // features at a time.
-        constexpr std::size_t features = 16;
-        if ((variant.Components > 1 || variant.GradientOpacity) &&
+        // Of the many with several components, opacity by gradient, or a mask and more, those with
+        // up to three features at a time.
+        constexpr std::size_t features = 17;
+        const bool isMore = variant.Labels || variant.Blend != teravox::BlendKind::Composite;
+        if ((variant.Components > 1 || variant.GradientOpacity || (variant.Masked && isMore)) &&
           std::bitset<features>(variant.Key()).count() > 3)
         {
           continue;

@@ -360,6 +360,41 @@ std::vector<TruthLights::Light> LightsOf(vtkRenderer* renderer)
   }
   return lights;
 }
+
+// Copies of functions as they are now.
+TruthTransfer TransferOf(
+  vtkPiecewiseFunction* ofOpacity, vtkColorTransferFunction* ofColor, double unitDistance)
+{
+  auto opacity = vtkSmartPointer<vtkPiecewiseFunction>::New();
+  opacity->DeepCopy(ofOpacity);
+  auto color = vtkSmartPointer<vtkColorTransferFunction>::New();
+  color->DeepCopy(ofColor);
+  std::vector<double> knots = KnotsOf<4>(opacity.Get());
+  const std::vector<double> colorKnots = KnotsOf<6>(color.Get());
+  knots.insert(knots.end(), colorKnots.begin(), colorKnots.end());
+  return TruthTransfer([opacity](double v) { return opacity->GetValue(v); },
+    [color](double v)
+    {
+      Double3 rgb{};
+      color->GetColor(v, rgb.data());
+      return rgb;
+    },
+    std::move(knots), unitDistance);
+}
+
+std::unique_ptr<TruthGradientOpacity> GradientOpacityOf(
+  vtkPiecewiseFunction* of, const VolumeInfo& info)
+{
+  auto function = vtkSmartPointer<vtkPiecewiseFunction>::New();
+  function->DeepCopy(of);
+  // VTK looks it up on a quarter of the range of the data.
+  const double last = 0.25 * (info.Range.Max - info.Range.Min);
+  std::vector<double> bends = KnotsOf<4>(function.Get());
+  bends.push_back(last);
+  return std::make_unique<TruthGradientOpacity>([function, last](double m)
+    { return function->GetValue(std::min(m, last)); },
+    std::move(bends), info.Spacing);
+}
 } // namespace
 
 StageTruth::StageTruth(
@@ -402,22 +437,9 @@ void StageTruth::Build(Stage& stage, const VolumeInfo& info, std::vector<TruthLe
     TruthVolume::WorldFromVoxel(info.Origin, info.Spacing, info.Direction, prop),
     nearest ? TruthInterpolation::Nearest : TruthInterpolation::Linear, info.CellData);
 
-  auto opacity = vtkSmartPointer<vtkPiecewiseFunction>::New();
-  opacity->DeepCopy(stage.Property->GetScalarOpacity(component));
-  auto color = vtkSmartPointer<vtkColorTransferFunction>::New();
-  color->DeepCopy(stage.Property->GetRGBTransferFunction(component));
-  std::vector<double> knots = KnotsOf<4>(opacity.Get());
-  const std::vector<double> ofColor = KnotsOf<6>(color.Get());
-  knots.insert(knots.end(), ofColor.begin(), ofColor.end());
-  this->Transfer =
-    std::make_unique<TruthTransfer>([opacity](double v) { return opacity->GetValue(v); },
-      [color](double v)
-      {
-        Double3 rgb{};
-        color->GetColor(v, rgb.data());
-        return rgb;
-      },
-      std::move(knots), stage.Property->GetScalarOpacityUnitDistance(component) * scaleOfLengths);
+  this->Transfer = std::make_unique<TruthTransfer>(TransferOf(
+    stage.Property->GetScalarOpacity(component), stage.Property->GetRGBTransferFunction(component),
+    stage.Property->GetScalarOpacityUnitDistance(component) * scaleOfLengths));
 
   vtkCamera* camera = stage.Renderer->GetActiveCamera();
   this->Camera = std::make_unique<TruthCamera>(ToMatrix(camera->GetModelViewTransformMatrix()),
@@ -454,15 +476,7 @@ void StageTruth::Build(Stage& stage, const VolumeInfo& info, std::vector<TruthLe
   if (stage.Property->HasGradientOpacity(component) &&
     stage.Property->GetDisableGradientOpacity(component) == 0)
   {
-    auto function = vtkSmartPointer<vtkPiecewiseFunction>::New();
-    function->DeepCopy(stage.Property->GetGradientOpacity(component));
-    // VTK looks it up on a quarter of the range of the data.
-    const double last = 0.25 * (info.Range.Max - info.Range.Min);
-    std::vector<double> bends = KnotsOf<4>(function.Get());
-    bends.push_back(last);
-    this->GradientOpacity = std::make_unique<TruthGradientOpacity>([function, last](double m)
-      { return function->GetValue(std::min(m, last)); },
-      std::move(bends), info.Spacing);
+    this->GradientOpacity = GradientOpacityOf(stage.Property->GetGradientOpacity(component), info);
     this->Scene_->GradientOpacity = this->GradientOpacity.get();
   }
   if (vtkPlaneCollection* planes = stage.Mapper->GetClippingPlanes())
@@ -503,6 +517,24 @@ void StageTruth::SetMask(std::vector<TruthLevel> levels)
   this->Mask = std::make_unique<TruthVolume>(
     std::move(levels), this->Volume->WorldFromVoxel(), TruthInterpolation::Nearest, false);
   this->Scene_->Mask = this->Mask.get();
+}
+
+void StageTruth::SetLabels(Stage& stage, const VolumeInfo& info, std::vector<TruthLevel> levels)
+{
+  this->SetMask(std::move(levels));
+  vtkVolumeProperty* p = stage.Property;
+  for (const int label : p->GetLabelMapLabels())
+  {
+    vtkPiecewiseFunction* opacity = p->GetLabelScalarOpacity(label);
+    vtkColorTransferFunction* color = p->GetLabelColor(label);
+    vtkPiecewiseFunction* gradient = p->GetLabelGradientOpacity(label);
+    TruthLabel truth{ TransferOf(opacity ? opacity : p->GetScalarOpacity(),
+                        color ? color : p->GetRGBTransferFunction(),
+                        p->GetScalarOpacityUnitDistance()),
+      gradient ? GradientOpacityOf(gradient, info) : nullptr };
+    this->Labels.emplace(label, std::move(truth));
+  }
+  this->Scene_->Labels = &this->Labels;
 }
 
 TruthBounds StageTruth::Bounds(const std::vector<TruthPixel>& pixels,

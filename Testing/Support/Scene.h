@@ -145,6 +145,9 @@ public:
   /// Nothing is drawn where these levels, as many as the volume's, aren't above 0. What they refer
   /// to has to outlive this.
   void SetMask(std::vector<TruthLevel> levels);
+  /// The same as a label mask: what is drawn of a voxel follows from the property's functions of its
+  /// label. `info`: of what is drawn.
+  void SetLabels(Stage& stage, const VolumeInfo& info, std::vector<TruthLevel> levels);
   /// Instead of the stage's functions, where evaluating those takes too long.
   void SetTransfer(TruthTransfer transfer) { *this->Transfer = std::move(transfer); }
   /// The truth at these pixels. `taken`: the colours that several pictures have there. Where all of
@@ -169,6 +172,7 @@ private:
   std::unique_ptr<TruthCamera> Camera;
   std::unique_ptr<TruthShading> Shading;
   std::unique_ptr<TruthGradientOpacity> GradientOpacity;
+  std::map<std::int64_t, TruthLabel> Labels;
   std::unique_ptr<TruthScene> Scene_;
   int Width;
 };

@@ -92,5 +92,60 @@ TEST(TruthMask, LevelsHaveTheirOwn)
   }
 }
 
+// Layers of a constant medium, each with the functions of its label; what has none, and what has no
+// name, has those of the volume.
+TEST(TruthLabels, EachHasItsOwnFunctions)
+{
+  const Int3 dimensions{ 7, 7, 24 };
+  const auto volume = OneLevel([](auto, auto, auto) { return 5.0; }, dimensions);
+  const auto mask = OneLevel(
+    [](auto, auto, auto k) {
+      return k < 6 ? -2.0 : k < 12 ? 0.0 : k < 18 ? 300.7 : 9.0;
+    },
+    dimensions, TruthInterpolation::Nearest);
+  const TruthTransfer transfer = Uniform(0.1, { 0, 0, 1 });
+  const std::map<std::int64_t, TruthLabel> labels{ { -2, { Uniform(0.2, { 1, 0, 0 }), nullptr } },
+    { 300, { Uniform(0.3, { 0, 1, 0 }), nullptr } } };
+  const TruthCamera camera = CameraAlongZ(3.7, 4.1, -10, 100);
+  TruthScene scene{ volume, transfer, camera, TruthLevelOfDetail(0) };
+  scene.Mask = &mask;
+  scene.Labels = &labels;
+  // The box begins and ends at the outer voxels' centres.
+  const double red = 1 - std::pow(0.8, 5.5);
+  const double before = std::pow(0.8, 5.5) * std::pow(0.9, 6);
+  const double green = before * (1 - std::pow(0.7, 6));
+  const double behind = before * std::pow(0.7, 6);
+  const double blue = (1 - red) * (1 - std::pow(0.9, 6)) + behind * (1 - std::pow(0.9, 5.5));
+  const TruthColor found = IntegratePixel(scene, 0, 0);
+  EXPECT_NEAR(found[0], red, 1e-13);
+  EXPECT_NEAR(found[1], green, 1e-13);
+  EXPECT_NEAR(found[2], blue, 1e-13);
+  EXPECT_NEAR(found[3], 1 - behind * std::pow(0.9, 5.5), 1e-13);
+}
+
+TEST(TruthLabels, GradientOpacityIsTheLabels)
+{
+  // A field with a gradient of 2 per voxel.
+  const Int3 dimensions{ 7, 7, 17 };
+  const auto volume =
+    OneLevel([](auto, auto, auto k) { return 2.0 * static_cast<double>(k); }, dimensions);
+  const auto mask = OneLevel(
+    [](auto, auto, auto k) { return k < 8 ? 1.0 : 2.0; }, dimensions, TruthInterpolation::Nearest);
+  const TruthTransfer transfer = Uniform(0.5, { 1, 1, 1 });
+  const auto quarter = std::make_shared<TruthGradientOpacity>(
+    [](double m) { return m > 1 ? 0.25 : 1.0; }, std::vector<double>{ 1 }, Double3{ 1, 1, 1 });
+  const std::map<std::int64_t, TruthLabel> labels{ { 1, { Uniform(0.5, { 1, 1, 1 }), quarter } },
+    { 2, { Uniform(0.5, { 1, 1, 1 }), nullptr } } };
+  // One voxel along z, away from the ends, whose differences reach over one voxel only.
+  const TruthCamera camera = CameraAlongZ(3.7, 4.1, -10, 100);
+  TruthScene scene{ volume, transfer, camera, TruthLevelOfDetail(0) };
+  scene.Mask = &mask;
+  scene.Labels = &labels;
+  const double tau = std::log(2.0) * (0.25 * 7.5 + 8.5);
+  // At the first voxel the difference is 2 over two voxels: a magnitude of 1, where the opacity is
+  // 1, and more from there on.
+  EXPECT_NEAR(IntegratePixel(scene, 0, 0)[3], -std::expm1(-tau), 1e-6);
+}
+
 } // namespace
 } // namespace teravox

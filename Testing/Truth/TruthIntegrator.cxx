@@ -65,7 +65,8 @@ public:
   RayIntegrator(const TruthScene& scene, const TruthRay& ray)
     : Scene(scene)
     , Volume(scene.Volume)
-    , Transfer(scene.Transfer)
+    , Transfer(&scene.Transfer)
+    , OpacityByGradient(scene.GradientOpacity)
     , PieceTolerance(1e-3 * scene.Tolerance)
   {
     this->Start = TransformPoint(this->Volume.VoxelFromWorld(), ray.Origin);
@@ -265,6 +266,7 @@ private:
         from = next;
         continue;
       }
+      this->TakeLabel(0.5 * (from + next));
       if (linear)
       {
         this->LinearPiece(from, next);
@@ -279,13 +281,29 @@ private:
 
   bool IsMaskedOut(double t) const
   {
-    return this->Scene.Mask && !(this->Scene.Mask->Field(this->Level, this->At(t)) > 0);
+    return this->Scene.Mask && !this->Scene.Labels &&
+      !(this->Scene.Mask->Field(this->Level, this->At(t)) > 0);
+  }
+
+  /// The functions of what lies at a place.
+  void TakeLabel(double t)
+  {
+    if (!this->Scene.Mask || !this->Scene.Labels)
+    {
+      return;
+    }
+    const double value = this->Scene.Mask->Field(this->Level, this->At(t));
+    const auto label = this->Scene.Labels->find(static_cast<std::int64_t>(std::floor(value)));
+    const bool named = label != this->Scene.Labels->end();
+    this->Transfer = named ? &label->second.Transfer : &this->Scene.Transfer;
+    this->OpacityByGradient =
+      !named ? this->Scene.GradientOpacity : label->second.GradientOpacity.get();
   }
 
   /// `difference` isn't used where there is no shading. `t`: where it is.
   Double3 Color(double value, const Double3& difference, double t) const
   {
-    const Double3 color = this->Transfer.GetColor(value);
+    const Double3 color = this->Transfer->GetColor(value);
     if (!this->Scene.Shading)
     {
       return color;
@@ -295,12 +313,12 @@ private:
     return this->Scene.Shading->Shade(place, this->Volume, this->Level, difference, color);
   }
 
-  bool NeedsDifferences() const { return this->Scene.Shading || this->Scene.GradientOpacity; }
+  bool NeedsDifferences() const { return this->Scene.Shading || this->OpacityByGradient; }
 
   /// Factor of the extinction.
   double GradientOpacity(const Double3& difference) const
   {
-    const TruthGradientOpacity* opacity = this->Scene.GradientOpacity;
+    const TruthGradientOpacity* opacity = this->OpacityByGradient;
     return opacity ? (*opacity)(opacity->Magnitude(difference, this->Factor)) : 1;
   }
 
@@ -322,7 +340,7 @@ private:
   /// Constant colour and opacity on [from, to].
   void UniformPiece(double from, double to, double value)
   {
-    const double alpha = this->Transfer.GetAlpha(value);
+    const double alpha = this->Transfer->GetAlpha(value);
     if (!(alpha > 0))
     {
       return;
@@ -340,7 +358,7 @@ private:
       this->HitWall(color);
       return;
     }
-    const double tau = this->Transfer.Extinction(alpha) * share * this->LengthScale * (to - from);
+    const double tau = this->Transfer->Extinction(alpha) * share * this->LengthScale * (to - from);
     this->Light.Color = this->Light.Color + std::exp(-this->Light.Tau) * -std::expm1(-tau) * color;
     this->Light.Tau += tau;
   }
@@ -377,7 +395,7 @@ private:
       return;
     }
     const auto range = std::minmax_element(corners.begin(), corners.end());
-    if (this->Transfer.IsRangeEmpty(*range.first, *range.second))
+    if (this->Transfer->IsRangeEmpty(*range.first, *range.second))
     {
       return;
     }
@@ -423,7 +441,7 @@ private:
   /// [lower, upper] within [0, 1], the parameter of the cubic on the stretch [from, to] of the ray.
   void MonotonePiece(double from, double to, const TruthCubic& cubic, double lower, double upper)
   {
-    const std::vector<double>& knots = this->Transfer.Knots();
+    const std::vector<double>& knots = this->Transfer->Knots();
     const double first = cubic(lower);
     const double last = cubic(upper);
     const bool rising = last >= first;
@@ -448,7 +466,7 @@ private:
     {
       return;
     }
-    const std::vector<double>& knots = this->Transfer.Knots();
+    const std::vector<double>& knots = this->Transfer->Knots();
     const double inside = cubic(0.5 * (lower + upper));
     double smallest = inside;
     double largest = inside;
@@ -456,8 +474,8 @@ private:
     {
       // Rounding must not carry a value over a knot, where the functions may jump.
       const double infinity = std::numeric_limits<double>::infinity();
-      const std::size_t interval = this->Transfer.IntervalOf(inside);
-      if (this->Transfer.IsIntervalEmpty(interval))
+      const std::size_t interval = this->Transfer->IntervalOf(inside);
+      if (this->Transfer->IsIntervalEmpty(interval))
       {
         return;
       }
@@ -466,13 +484,13 @@ private:
     }
     const double length = this->LengthScale * (to - from);
     const auto value = [&](double s) { return std::clamp(cubic(s), smallest, largest); };
-    const bool wall = this->Transfer.GetAlpha(value(0.5 * (lower + upper))) >= 1;
+    const bool wall = this->Transfer->GetAlpha(value(0.5 * (lower + upper))) >= 1;
     const auto medium = [&](double s)
     {
       TruthMedium result;
       const double v = value(s);
-      result.Sigma = length * this->Transfer.Extinction(this->Transfer.GetAlpha(v));
-      if (this->Scene.GradientOpacity && result.Sigma > 0)
+      result.Sigma = length * this->Transfer->Extinction(this->Transfer->GetAlpha(v));
+      if (this->OpacityByGradient && result.Sigma > 0)
       {
         result.Sigma *= this->GradientOpacity(this->Difference(s));
       }
@@ -514,9 +532,9 @@ private:
       this->Differences[axis] = TruthCubic::FromSamples(
         { samples[0][axis], samples[1][axis], samples[2][axis], samples[3][axis] });
     }
-    if (this->Scene.GradientOpacity)
+    if (this->OpacityByGradient)
     {
-      this->OpacityBends = this->Scene.GradientOpacity->Bends(this->Differences, this->Factor);
+      this->OpacityBends = this->OpacityByGradient->Bends(this->Differences, this->Factor);
     }
   }
 
@@ -568,7 +586,8 @@ private:
 
   const TruthScene& Scene;
   const TruthVolume& Volume;
-  const TruthTransfer& Transfer;
+  const TruthTransfer* Transfer;                 // of the voxel's label
+  const TruthGradientOpacity* OpacityByGradient; // likewise
   double PieceTolerance;
   Double3 Start{}; // corner coordinates of level 0 at t = 0, and their growth per world length
   Double3 Step{};

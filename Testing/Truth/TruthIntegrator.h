@@ -10,7 +10,10 @@
 #include "TruthVolume.h"
 
 #include <array>
+#include <cstdint>
 #include <limits>
+#include <map>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -35,6 +38,13 @@ struct TruthCrop
   unsigned Flags = 0;                   ///< bit x + 3 y + 9 z
 };
 
+/// What is drawn of the voxels of one label.
+struct TruthLabel
+{
+  TruthTransfer Transfer;
+  std::shared_ptr<const TruthGradientOpacity> GradientOpacity; ///< null: 1 everywhere
+};
+
 /// Everything that the truth of a picture depends on, beside the pixel. Not owned.
 struct TruthScene
 {
@@ -54,6 +64,9 @@ struct TruthScene
   /// Nothing is drawn where this isn't above 0: a volume with nearest interpolation and the levels
   /// of `Volume`. Null: no mask.
   const TruthVolume* Mask = nullptr;
+  /// Null: the mask is as said above. Else all is drawn, and where the mask, rounded down, is one of
+  /// these, by the functions that belong to it, which replace Transfer and GradientOpacity.
+  const std::map<std::int64_t, TruthLabel>* Labels = nullptr;
 };
 
 /// The truth of a pixel: the integral of c sigma exp(-tau) along the ray through

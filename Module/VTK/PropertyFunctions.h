@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "Components.h"
+#include "TransferTable.h"
+#include "Types.h"
+
+#include <cstdint>
+#include <vector>
+#include <vtkType.h>
+
+class vtkVolumeProperty;
+
+namespace teravox
+{
+
+/// How the functions of a property lie over the values of the data.
+struct RangeChoice
+{
+  ValueRange Data = ValueRange::Unknown();
+  bool NativeColor = false;
+  bool NativeOpacity = false;
+  bool NativeGradient = false;
+
+  bool operator==(const RangeChoice& o) const
+  {
+    return this->NativeColor == o.NativeColor && this->NativeOpacity == o.NativeOpacity &&
+      this->NativeGradient == o.NativeGradient;
+  }
+};
+
+/// Whether a component's gradient opacity counts.
+bool HasGradientOpacity(vtkVolumeProperty* property, int component);
+
+/// The functions of a component as they are now. Copies: they are sampled later.
+TransferFunction MakeTransferFunction(
+  vtkVolumeProperty* property, int component, const RangeChoice& range);
+
+/// Those of several components.
+ComponentFunctions MakeComponentFunctions(
+  vtkVolumeProperty* property, int components, const RangeChoice& range);
+
+/// The labels for which the property has functions, ascending; without 0, which is that of voxels
+/// that have none, as in VTK.
+std::vector<std::int64_t> LabelsOf(vtkVolumeProperty* property);
+/// Whether one of them has a gradient opacity that counts.
+bool HasLabelGradientOpacity(vtkVolumeProperty* property);
+/// When one of their functions last changed.
+vtkMTimeType LabelTime(vtkVolumeProperty* property);
+
+/// The functions of one component under a label mask, TransferFunction::Labels in the order of
+/// LabelsOf(). A label without a colour or an opacity of its own has that of the volume; without a
+/// gradient opacity it has none, as in VTK. `blendFactor`: see MixLabel().
+TransferFunction MakeLabelFunctions(
+  vtkVolumeProperty* property, const RangeChoice& range, double blendFactor);
+
+} // namespace teravox

@@ -83,6 +83,8 @@ Result<FirstHits> VolumeEngine::DrawOneRay(
   ray.Converge = true;
   ray.CountSamples = false;
   ray.ShowLevel = false;
+  ray.ShowSamples = false;
+  ray.ShowFrames = false;
   ray.ErrorEstimate = false;
   ray.RecordBricks = false;
   ray.Abort = nullptr;

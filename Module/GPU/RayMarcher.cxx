@@ -288,7 +288,7 @@ Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
   const std::array<GLint, 4> nowhere{ 0, 0, 0, 0 };
   glClearBufferfv(GL_COLOR, 0, clear.data());
   glClearBufferiv(GL_COLOR, 1, nowhere.data());
-  if (view.HasEstimate())
+  if (view.Error.Id() != 0)
   {
     glClearBufferfv(GL_COLOR, 2, clear.data());
   }
@@ -344,8 +344,10 @@ PassResult RayMarcher::DrawNativePass(ViewState& view, const BrickAtlas& atlas,
   scene.ShowLevel = variant.ShowLevel;
   scene.FirstHit = variant.FirstHit ? scene.FirstHit : nullptr;
   scene.Blend = variant.Blend;
-  PassResult result =
-    this->Native.DrawPass(scene, atlas.Plan().Slots, atlas.Plan().PageBlocks, view.ActiveTiles);
+  // Samples of pixels are in the place of errors.
+  float* samples = parameters.Switches[1] != 0 ? std::exchange(scene.Error, nullptr) : nullptr;
+  PassResult result = this->Native.DrawPass(
+    scene, atlas.Plan().Slots, atlas.Plan().PageBlocks, view.ActiveTiles, samples);
   if (view.ActiveTiles.empty() && view.Native.LatticeStage > 0)
   {
     view.ActiveTiles = this->Native.Refine(scene, view.Native, TilesOf(this->Intervals.Rectangle));
@@ -404,7 +406,7 @@ Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, view.Feedback.Id());
   glBindImageTexture(0, view.Color.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32F);
   glBindImageTexture(1, view.Position.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32I);
-  if (variant.Estimate)
+  if (variant.Estimate || parameters.Switches[1] != 0)
   {
     glBindImageTexture(2, view.Error.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R32F);
   }
@@ -534,6 +536,87 @@ Status RayMarcher::Resolve(ViewState& view, const MarchParameters& parameters, B
   glMemoryBarrier(GL_ALL_BARRIER_BITS);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glMemoryBarrier(GL_ALL_BARRIER_BITS);
+  return {};
+}
+
+float SampleShade(float samples)
+{
+  constexpr std::uint32_t one = 0x3f800000;    // the bits of 1.0f
+  constexpr std::uint32_t sixteen = 1u << 27u; // as many octaves: 23 bits of a float each
+  std::uint32_t bits = 0;
+  const float n = 1 + samples;
+  std::memcpy(&bits, &n, sizeof(bits));
+  return static_cast<float>(std::min(bits - one, sixteen)) / static_cast<float>(sixteen);
+}
+
+void RayMarcher::ShowSamples(ViewState& view)
+{
+  const std::size_t pixels =
+    static_cast<std::size_t>(view.Width()) * static_cast<std::size_t>(view.Height());
+  std::vector<float> samples(pixels);
+  if (view.IsNative())
+  {
+    samples = view.Native.Error;
+  }
+  else
+  {
+    view.Error.Bind(0);
+    glGetTexImage(GL_TEXTURE_2D, 0, GL_RED, GL_FLOAT, samples.data());
+  }
+  std::vector<float> colors(4 * pixels);
+  for (std::size_t i = 0; i < pixels; ++i)
+  {
+    std::fill_n(&colors[4 * i], 3, SampleShade(samples[i]));
+    colors[4 * i + 3] = samples[i] > 0 ? 0.0f : 1.0f; // transmittance
+  }
+  if (view.IsNative())
+  {
+    view.Native.Color = std::move(colors);
+    view.NativeChanged = true;
+    return;
+  }
+  view.Color.Bind(0);
+  glTexSubImage2D(
+    GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_RGBA, GL_FLOAT, colors.data());
+}
+
+Status RayMarcher::DrawFrames(
+  const std::vector<FrameVertex>& lines, GLuint framebuffer, const std::array<int, 4>& viewport)
+{
+  Result<const GLProgram*> program = this->Program("Frames.vert", "Frames.frag", {});
+  if (!program)
+  {
+    return program.GetStatus();
+  }
+  GLBuffer buffer(this->Memory, GL_ARRAY_BUFFER, FrameBytes, nullptr, GL_STREAM_DRAW);
+  const GLVertexArray vertices = GLVertexArray::Make();
+  GLint depthFunction = GL_LESS;
+  glGetIntegerv(GL_DEPTH_FUNC, &depthFunction);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
+  glViewport(viewport[0], viewport[1], viewport[2], viewport[3]);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LEQUAL);
+  glDepthMask(GL_FALSE);
+  glUseProgram(program.Value()->Id());
+  glBindVertexArray(vertices.Id());
+  glBindBuffer(GL_ARRAY_BUFFER, buffer.Id());
+  constexpr auto stride = static_cast<GLsizei>(sizeof(FrameVertex));
+  glEnableVertexAttribArray(0);
+  glVertexAttribPointer(0, 4, GL_FLOAT, GL_FALSE, stride, nullptr);
+  glEnableVertexAttribArray(1);
+  glVertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, stride,
+    reinterpret_cast<const void*>(
+      offsetof(FrameVertex, Color))); // NOLINT(performance-no-int-to-ptr)
+  constexpr std::size_t lot = FrameBytes / sizeof(FrameVertex);
+  for (std::size_t first = 0; first < lines.size(); first += lot)
+  {
+    const std::size_t count = std::min(lot, lines.size() - first);
+    buffer.Write(0, count * sizeof(FrameVertex), &lines[first]);
+    glBindBuffer(GL_ARRAY_BUFFER, buffer.Id());
+    glDrawArrays(GL_LINES, 0, static_cast<GLsizei>(count));
+  }
+  glDepthFunc(static_cast<GLenum>(depthFunction));
+  glDisable(GL_DEPTH_TEST);
   return {};
 }
 

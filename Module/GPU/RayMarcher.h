@@ -3,6 +3,7 @@
 #pragma once
 
 #include "BrickAtlas.h"
+#include "BrickFrames.h"
 #include "GLObjects.h"
 #include "GradientTable.h"
 #include "MarchParameters.h"
@@ -32,6 +33,11 @@ struct Composition
   std::optional<std::array<float, 3>> PropColor;
   float PropOpacity = 3.0f / 255; ///< as VTK's mapper has it
 };
+
+/// The gray of a number of samples: log2(1 + samples) / 16, linear between powers of two, at most
+/// 1. So 0, 1, 3, 7, 15 ... samples are 0, 1/16, 2/16, 3/16, 4/16 ..., and no two numbers below
+/// 2^16 have the same.
+float SampleShade(float samples);
 
 /// Draws passes of one variant with given atlas, transfer table, view and parameters. State of one
 /// context. Thread: used by the render thread only, with the context current and saved by a
@@ -76,8 +82,16 @@ public:
     MarchParameters& parameters, const ShaderVariant& variant);
   /// Turns what rays gathered in a blend mode other than composite into colours.
   Status Resolve(ViewState& view, const MarchParameters& parameters, BlendKind blend);
+  /// Makes colours of how many samples each ray took, which are in the place of errors: see
+  /// SampleShade(). Rays without one leave nothing.
+  static void ShowSamples(ViewState& view);
   /// Blends the accumulators into a frame buffer at a place in pixels.
   Status Compose(ViewState& view, GLuint framebuffer, int x, int y, const Composition& how);
+  /// Draws lines over a viewport of a frame buffer, where its depth doesn't hide them.
+  Status DrawFrames(
+    const std::vector<FrameVertex>& lines, GLuint framebuffer, const std::array<int, 4>& viewport);
+  /// What DrawFrames() takes of the GPU's budget while it draws.
+  static constexpr std::size_t FrameBytes = sizeof(FrameVertex) * FrameVerticesPerBrick * 128;
 
 private:
   RayMarcher(GPUMemory& memory)

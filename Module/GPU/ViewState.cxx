@@ -140,6 +140,7 @@ void ViewState::Release()
   this->StateTarget.Release();
   this->IntervalTarget.Release();
   this->EmptyTarget.Release();
+  this->Frames.reset();
   this->ActiveTiles.clear();
   this->Complete.reset();
   this->Native_ = false;

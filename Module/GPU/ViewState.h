@@ -3,6 +3,7 @@
 #pragma once
 
 #include "AtlasPlan.h"
+#include "BrickFrames.h"
 #include "GLObjects.h"
 #include "MarchParameters.h"
 #include "NativeMarcher.h"
@@ -46,7 +47,7 @@ public:
 
   /// Whether it is for the native marcher.
   bool IsNative() const { return this->Native_; }
-  bool HasEstimate() const { return this->Estimate_; }
+  bool HasEstimate() const { return this->Estimate_ && !this->CountsSamples; }
   bool HasFirstHit() const { return this->FirstHit_; }
   static constexpr std::uint64_t FirstHitBytesPerPixel = 8;
   int Width() const { return this->Width_; }
@@ -67,13 +68,15 @@ public:
   GLTexture FirstHit; ///< depth and level where the opacity is what is looked for, if it is
   GLBuffer Feedback;
   GLBuffer TileList;
-  GLFramebuffer StateTarget;                    ///< colour, position and error, to clear them
-  GLFramebuffer HitTarget;                      ///< first hits, to clear them
-  GLFramebuffer IntervalTarget;                 ///< intervals
-  GLFramebuffer EmptyTarget;                    ///< no attachment: the marcher writes images
-  std::vector<std::uint32_t> ActiveTiles;       ///< x | y << 16
-  std::optional<PictureKey> Complete;           ///< of the picture in Color, if that is complete
-  std::shared_ptr<const ViewGeometry> Geometry; ///< of the first hits
+  GLFramebuffer StateTarget;                      ///< colour, position and error, to clear them
+  GLFramebuffer HitTarget;                        ///< first hits, to clear them
+  GLFramebuffer IntervalTarget;                   ///< intervals
+  GLFramebuffer EmptyTarget;                      ///< no attachment: the marcher writes images
+  std::vector<std::uint32_t> ActiveTiles;         ///< x | y << 16
+  std::optional<PictureKey> Complete;             ///< of the picture in Color, if that is complete
+  std::shared_ptr<const ViewGeometry> Geometry;   ///< of the first hits
+  bool CountsSamples = false;                     ///< of each pixel, in the place of errors
+  std::optional<std::vector<FrameVertex>> Frames; ///< of the picture's bricks, if they are shown
 
 private:
   MemoryShare NativeBytes;

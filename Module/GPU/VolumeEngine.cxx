@@ -174,6 +174,7 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
     request.Camera.Width, request.Camera.Height);
   wanted.ReservedBytes +=
     request.HitOpacity ? HitBytes(request.Camera.Width, request.Camera.Height) : 0;
+  wanted.ReservedBytes += request.ShowFrames ? RayMarcher::FrameBytes : 0;
   wanted.MaximumSlots = this->Settings.MaximumSlots;
   GLint largest = 0;
   glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &largest);
@@ -417,6 +418,7 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
     parameters.Value[3] = std::max(std::min(left, std::nextafter(1.0f, 0.0f)), parameters.Step[2]);
   }
   parameters.Switches[0] = request.EmptySpaceSkipping ? 1u : 0u;
+  parameters.Switches[1] = request.ShowSamples ? 1u : 0u;
   parameters.Limits[0] = MostSteps;
   parameters.Material = request.Material;
   parameters.LightDiffuse = { request.LightDiffuse[0], request.LightDiffuse[1],
@@ -499,19 +501,20 @@ ShaderVariant VolumeEngine::VariantOf(const FrameRequest& request, const VoxelFo
   variant.Lights = variant.Shade && !request.Lights.empty();
   variant.GradientOpacity = !this->Gradient.IsOne() && !request.ShowLevel;
   variant.Interactive = !request.Converge;
-  variant.Count = request.CountSamples;
+  variant.Count = request.CountSamples || request.ShowSamples;
   variant.ShowLevel = request.ShowLevel;
-  variant.Estimate = request.ErrorEstimate && !request.ShowLevel && isComposite;
+  const bool isDebug = request.ShowLevel || request.ShowSamples;
+  variant.Estimate = request.ErrorEstimate && !isDebug && isComposite;
   variant.Components = this->Source_->Info().Components;
   variant.Dependent = this->HasComponents() && this->Components_.Mode == ComponentMode::Dependent;
-  variant.FirstHit =
-    request.HitOpacity.has_value() && !request.ShowLevel && AddsUpOpacity(variant.Blend);
+  variant.FirstHit = request.HitOpacity.has_value() && !isDebug && AddsUpOpacity(variant.Blend);
   return variant;
 }
 
 bool VolumeEngine::IsStillThere(const FrameRequest& request, ViewState& view, const PictureKey& key)
 {
-  const bool same = request.ReusePicture && view.Complete && *view.Complete == key;
+  const bool same = request.ReusePicture && view.Complete && *view.Complete == key &&
+    (view.Frames || !request.ShowFrames);
   if (!request.UseDepth)
   {
     return same;
@@ -603,7 +606,7 @@ Status VolumeEngine::RunPasses(
     this->Frame.Visits += pass.Value().Visits;
     fallback = fallback || pass.Value().Fallback;
     feedback = std::move(pass.Value().Report);
-    if (request.RecordBricks)
+    if (request.RecordBricks || request.ShowFrames)
     {
       this->RecordBricks(feedback);
     }
@@ -642,8 +645,8 @@ int FirstStageOf(const FrameRequest& request, const ShaderVariant& variant,
   // The rays of several components note nothing for their neighbours, nor do they know of gradients
   // between them; masks end without a warning.
   const bool smooth = variant.Components == 1 && !variant.GradientOpacity && !variant.Masked &&
-    !request.Nearest && !request.ShowLevel && !request.HitOpacity && request.Tolerance > 0 &&
-    request.Blend.Kind == BlendKind::Composite;
+    !request.Nearest && !request.ShowLevel && !request.ShowSamples && !request.HitOpacity &&
+    request.Tolerance > 0 && request.Blend.Kind == BlendKind::Composite;
   return smooth && view.IsNative()
     ? FirstLatticeStage(parameters, intervals, limits, request.LatticeStages)
     : 0;
@@ -687,7 +690,7 @@ Status VolumeEngine::Render(const FrameRequest& request)
     view = std::make_unique<ViewState>();
   }
   if (!view->Resize(this->Memory_, request.Camera.Width, request.Camera.Height, this->Plan_,
-        request.ErrorEstimate, request.HitOpacity.has_value()))
+        request.ErrorEstimate || request.ShowSamples, request.HitOpacity.has_value()))
   {
     view->Release();
     return Status(StatusCode::ResourceExhausted,
@@ -695,6 +698,7 @@ Status VolumeEngine::Render(const FrameRequest& request)
         std::to_string(request.Camera.Width) + " x " + std::to_string(request.Camera.Height) +
         " pixels.");
   }
+  view->CountsSamples = request.ShowSamples;
   if (request.Converge)
   {
     this->Looseness = 1;
@@ -729,12 +733,13 @@ Status VolumeEngine::Render(const FrameRequest& request)
     return this->Show(request, *view);
   }
   view->Complete.reset();
+  view->Frames.reset();
   this->Ahead->Cancel();
   if (request.Converge)
   {
     this->Ahead->EndWithin(PatienceAtTheEnd);
   }
-  if (request.RecordBricks)
+  if (request.RecordBricks || request.ShowFrames)
   {
     this->Met.clear();
   }
@@ -782,6 +787,15 @@ Status VolumeEngine::Render(const FrameRequest& request)
   {
     status = this->Marcher->Resolve(*view, parameters, request.Blend.Kind);
   }
+  if (status && request.ShowSamples)
+  {
+    RayMarcher::ShowSamples(*view);
+  }
+  if (request.ShowFrames)
+  {
+    view->Frames = BrickFrames(
+      this->Source_->Info().Layout, request.Camera, { this->Met.begin(), this->Met.end() });
+  }
   if (status)
   {
     status = this->Show(request, *view);
@@ -791,9 +805,14 @@ Status VolumeEngine::Render(const FrameRequest& request)
 
 Status VolumeEngine::Show(const FrameRequest& request, ViewState& view)
 {
-  const Status status = request.Show
+  Status status = request.Show
     ? this->Marcher->Compose(view, request.Framebuffer, request.X, request.Y, request.Final)
     : Status();
+  if (status && request.Show && request.ShowFrames && !request.Final.PropColor)
+  {
+    status = this->Marcher->DrawFrames(
+      *view.Frames, request.Framebuffer, { request.X, request.Y, view.Width(), view.Height() });
+  }
   this->Frame.Converged = this->Frame.Converged && status.Ok();
   return status;
 }

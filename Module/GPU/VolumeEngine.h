@@ -78,11 +78,16 @@ struct FrameRequest
   bool EmptySpaceSkipping = true;
   bool ReusePicture = true; ///< the last picture again, where it is complete and the same
   bool CountSamples = false;
+  /// Debug views, one at a time: the level of the first contribution, how many samples each pixel
+  /// took (SampleShade()), the edges of the bricks that were needed, over the picture.
   bool ShowLevel = false;
+  bool ShowSamples = false;
+  bool ShowFrames = false;
   bool ErrorEstimate = false;
   bool RecordBricks = false; ///< see VolumeEngine::BricksMet()
   /// Keep where each ray's opacity passes this (0...1), in blend modes that add up opacity
-  /// (composite, isosurfaces, slices). Not together with CountSamples, ShowLevel, ErrorEstimate.
+  /// (composite, isosurfaces, slices). Not together with CountSamples, ErrorEstimate and debug
+  /// views.
   std::optional<double> HitOpacity;
   bool Show = true; ///< put the picture into the frame buffer
   Composition Final;

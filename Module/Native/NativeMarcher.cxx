@@ -312,6 +312,37 @@ struct Requests
   }
 };
 
+void Add(NativeReport& sum, const NativeReport& more)
+{
+  sum.Samples += more.Samples;
+  sum.Evaluated += more.Evaluated;
+  sum.Contributing += more.Contributing;
+  sum.Gradients += more.Gradients;
+  sum.Visits += more.Visits;
+  sum.Waiting = sum.Waiting || more.Waiting;
+  sum.Unfinished = sum.Unfinished || more.Unfinished;
+  sum.Fallback = sum.Fallback || more.Fallback;
+}
+
+// A tile pixel by pixel, so that each has a report of its own.
+void DrawPixels(NativeKernel kernel, const NativeScene& scene, int left, int bottom, int right,
+  int top, NativeReport& report, float* samples)
+{
+  for (int y = bottom; y < top; ++y)
+  {
+    for (int x = left; x < right; ++x)
+    {
+      NativeReport pixel;
+      pixel.Request = report.Request;
+      pixel.Context = report.Context;
+      kernel(scene, x, y, x + 1, y + 1, pixel);
+      samples[static_cast<std::size_t>(y) * static_cast<std::size_t>(scene.Width) +
+        static_cast<std::size_t>(x)] += static_cast<float>(pixel.Samples);
+      Add(report, pixel);
+    }
+  }
+}
+
 std::vector<std::uint32_t> Indices(const std::vector<std::uint8_t>& used)
 {
   std::vector<std::uint32_t> indices;
@@ -337,7 +368,7 @@ NativeMarcher::NativeMarcher()
 }
 
 PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::uint32_t pageBlocks,
-  std::vector<std::uint32_t>& tiles)
+  std::vector<std::uint32_t>& tiles, float* samples)
 {
   this->UsedSlots.assign(slots, 0);
   this->UsedBlocks.assign(pageBlocks, 0);
@@ -364,8 +395,16 @@ PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::
       const int y = static_cast<int>(tiles[i] >> 16) * edge;
       reports[i].Request = &Requests::Add;
       reports[i].Context = &mine;
-      kernel(
-        scene, x, y, std::min(x + edge, scene.Width), std::min(y + edge, scene.Height), reports[i]);
+      const int right = std::min(x + edge, scene.Width);
+      const int top = std::min(y + edge, scene.Height);
+      if (samples != nullptr)
+      {
+        DrawPixels(kernel, scene, x, y, right, top, reports[i], samples);
+      }
+      else
+      {
+        kernel(scene, x, y, right, top, reports[i]);
+      }
     }
 #pragma omp critical(TeravoxRequests)
     {
@@ -377,24 +416,26 @@ PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::
     }
   }
   PassResult result;
+  NativeReport sum;
   std::vector<std::uint32_t> active;
   for (std::size_t i = 0; i < reports.size(); ++i)
   {
     const NativeReport& report = reports[i];
-    result.Waiting = result.Waiting || report.Waiting;
-    result.Unfinished = result.Unfinished || report.Unfinished;
-    result.Fallback = result.Fallback || report.Fallback;
-    result.Samples += report.Samples;
-    result.Evaluated += report.Evaluated;
-    result.Contributing += report.Contributing;
-    result.Gradients += report.Gradients;
-    result.Visits += report.Visits;
+    Add(sum, report);
     if (report.Waiting || report.Unfinished)
     {
       active.push_back(tiles[i]);
     }
   }
   tiles = std::move(active);
+  result.Waiting = sum.Waiting;
+  result.Unfinished = sum.Unfinished;
+  result.Fallback = sum.Fallback;
+  result.Samples = sum.Samples;
+  result.Evaluated = sum.Evaluated;
+  result.Contributing = sum.Contributing;
+  result.Gradients = sum.Gradients;
+  result.Visits = sum.Visits;
   result.Overflow = all.Overflow;
   for (const auto& missed : all.Missed)
   {

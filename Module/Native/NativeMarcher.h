@@ -73,9 +73,10 @@ class NativeMarcher
 public:
   NativeMarcher();
   /// One pass over tiles (x | y << 16, of TILE_SIZE pixels); afterwards `tiles` are those in which
-  /// a ray is still under way. `scene` comes without the stamps, which are kept here.
+  /// a ray is still under way. `scene` comes without the stamps, which are kept here. `samples`:
+  /// per pixel, those that its ray takes are added there; null: nobody asks.
   PassResult DrawPass(NativeScene scene, std::uint32_t slots, std::uint32_t pageBlocks,
-    std::vector<std::uint32_t>& tiles);
+    std::vector<std::uint32_t>& tiles, float* samples = nullptr);
 
   /// After all rays that were cast have ended: interpolates what may be in the stages to come.
   /// Returns those of the tiles in which rays have to be cast; none if the picture is complete.

@@ -253,8 +253,11 @@ void vtkBlockSplit::AddWeights(
   std::sort(sorted.begin(), sorted.end());
   for (const teravox::BrickKey& brick : sorted)
   {
-    teravox::SpreadWeight(info.Layout, this->GetGridLevel(), brick,
-      static_cast<double>(teravox::BrickVoxelBytes(info)), sums);
+    if (teravox::CheckKey(brick, info))
+    {
+      teravox::SpreadWeight(info.Layout, this->GetGridLevel(), brick,
+        static_cast<double>(teravox::BrickVoxelBytes(info)), sums);
+    }
   }
   for (vtkIdType i = 0; i < count; ++i)
   {

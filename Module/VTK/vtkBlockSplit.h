@@ -106,7 +106,8 @@ public:
 
 #ifndef __VTK_WRAP__
   /**
-   * Adds what bricks weigh to one weight per brick of the grid.
+   * Adds what bricks weigh to one weight per brick of the grid. Those that the volume doesn't have,
+   * because they are of another one, are left out.
    */
   void AddWeights(const std::vector<teravox::BrickKey>& bricks, vtkDoubleArray* weights);
 #endif

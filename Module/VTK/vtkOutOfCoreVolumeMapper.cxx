@@ -250,7 +250,7 @@ void vtkOutOfCoreVolumeMapper::PrintSelf(ostream& os, vtkIndent indent)
      << indent << "ConvergeTimeout: " << this->ConvergeTimeout << "\n"
      << indent << "FailureRetryInterval: " << this->FailureRetryInterval << "\n"
      << indent << "CountSamples: " << this->CountSamples << "\n"
-     << indent << "ShowLevels: " << this->ShowLevels << "\n"
+     << indent << "DebugView: " << this->DebugView << "\n"
      << indent << "ErrorEstimate: " << this->ErrorEstimate << "\n"
      << indent << "VectorMode: " << this->VectorMode << "\n"
      << indent << "VectorComponent: " << this->VectorComponent << "\n"
@@ -943,7 +943,9 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   request.ReusePicture = this->PictureReuse != 0;
   request.UseDepth = MayMeetGeometry(ren, vol);
   request.CountSamples = this->CountSamples != 0;
-  request.ShowLevel = this->ShowLevels != 0;
+  request.ShowLevel = this->DebugView == LEVELS;
+  request.ShowSamples = this->DebugView == SAMPLES_PER_PIXEL;
+  request.ShowFrames = this->DebugView == BRICK_FRAMES;
   request.ErrorEstimate = this->ErrorEstimate != 0;
   request.RecordBricks = this->RecordBricks != 0;
   SetOutput(this, request);

@@ -249,14 +249,30 @@ public:
   vtkBooleanMacro(CountSamples, vtkTypeBool);
   ///@}
 
+  enum DebugViewType
+  {
+    NO_DEBUG_VIEW = 0,
+    LEVELS = 1,
+    BRICK_FRAMES = 2,
+    SAMPLES_PER_PIXEL = 3
+  };
   ///@{
   /**
-   * Draw, instead of colours, the level of the first contribution of each ray: (level + 1) / 32 in
-   * all channels; blended as composite. Default off.
+   * What a picture shows of how it was made. LEVELS: instead of colours, the level of the first
+   * contribution of each ray, (level + 1) / 32 in all channels, blended as composite.
+   * SAMPLES_PER_PIXEL: how many samples its ray took (see GetNumberOfSamples()), as log2(1 +
+   * samples) / 16, linear between powers of two: 0, 1, 3, 7, 15 samples are 0, 1/16, 2/16, 3/16,
+   * 4/16; a ray is cast for each pixel. BRICK_FRAMES: over the picture in the window the edges of
+   * the bricks that its rays needed; those of one value need none. White, yellow, cyan, magenta,
+   * green, red, blue, orange for the levels 0 to 7, and again; opaque geometry hides them, the
+   * volume doesn't. Without one of them nothing of it costs anything. Default: NO_DEBUG_VIEW.
    */
-  vtkSetMacro(ShowLevels, vtkTypeBool);
-  vtkGetMacro(ShowLevels, vtkTypeBool);
-  vtkBooleanMacro(ShowLevels, vtkTypeBool);
+  vtkSetClampMacro(DebugView, int, NO_DEBUG_VIEW, SAMPLES_PER_PIXEL);
+  vtkGetMacro(DebugView, int);
+  void SetDebugViewToNone() { this->SetDebugView(NO_DEBUG_VIEW); }
+  void SetDebugViewToLevels() { this->SetDebugView(LEVELS); }
+  void SetDebugViewToBrickFrames() { this->SetDebugView(BRICK_FRAMES); }
+  void SetDebugViewToSamplesPerPixel() { this->SetDebugView(SAMPLES_PER_PIXEL); }
   ///@}
 
   /** As vtkSmartVolumeMapper::VectorModeType. */
@@ -399,10 +415,10 @@ public:
    */
   double GetFrameErrorTolerance();
   /**
-   * Of the last frame; they need CountSamplesOn(). Samples are places or cells of the field that
-   * were looked at; of the evaluated ones opacity and colour were computed, the contributing ones
-   * added something. Gradients: places where they were computed. Visits: bricks that rays went
-   * through, and empty regions that they left at once.
+   * Of the last frame; they need CountSamplesOn() or SAMPLES_PER_PIXEL. Samples are places or cells
+   * of the field that were looked at; of the evaluated ones opacity and colour were computed, the
+   * contributing ones added something. Gradients: places where they were computed. Visits: bricks
+   * that rays went through, and empty regions that they left at once.
    */
   vtkTypeUInt64 GetNumberOfSamples();
   vtkTypeUInt64 GetNumberOfEvaluatedSamples();
@@ -501,7 +517,7 @@ protected:
   double ConvergeTimeout = 60;
   double FailureRetryInterval = 10;
   vtkTypeBool CountSamples = 0;
-  vtkTypeBool ShowLevels = 0;
+  int DebugView = NO_DEBUG_VIEW;
   vtkTypeBool ErrorEstimate = 0;
   int VectorMode = DISABLED;
   int VectorComponent = 0;

@@ -4,17 +4,21 @@
 
 #include "vtkBlockSplit.h"
 #include "vtkBrickSource.h"
+#include "vtkCommunicator.h"
+#include "vtkDoubleArray.h"
 #include "vtkImageData.h"
 #include "vtkMath.h"
 #include "vtkMatrix3x3.h"
 #include "vtkMatrix4x4.h"
 #include "vtkMultiProcessController.h"
+#include "vtkOutOfCoreVolumeMapper.h"
 #include "vtkPVSession.h"
 #include "vtkProp3D.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 
 namespace
 {
@@ -27,6 +31,10 @@ struct Word
 };
 constexpr int WordSize = sizeof(Word) / sizeof(double);
 constexpr int Tag = 77001;
+// Blocks move where the process that needs most has this much less to do then: what it gets anew
+// has to be read.
+constexpr double WorthAMove = 1.25;
+constexpr double Mebibyte = 1024.0 * 1024.0;
 
 // The server's words, also on its client. Returns whether there is a server and a client.
 bool TellClient(vtkPVSession* session, int process, std::vector<Word>& words)
@@ -105,7 +113,7 @@ vtkBoundingBox ProcessShare::InWorld(const double bounds[6], vtkProp3D* prop)
   return box;
 }
 bool ProcessShare::Choose(vtkBrickSource* source, vtkImageData* image, vtkProp3D* prop,
-  bool blendable, const ProcessFacts& facts, vtkPVSession* session)
+  bool blendable, vtkOutOfCoreVolumeMapper* drawn, const ProcessFacts& facts, vtkPVSession* session)
 {
   auto* controller = vtkMultiProcessController::GetGlobalController();
   const int processes = controller ? controller->GetNumberOfProcesses() : 1;
@@ -129,6 +137,8 @@ bool ProcessShare::Choose(vtkBrickSource* source, vtkImageData* image, vtkProp3D
   }
   const auto first =
     std::find_if(all.begin(), all.end(), [](const Word& w) { return w.HasPyramid > 0; });
+  // The same on all processes, as what follows from it is.
+  const bool complete = this->Divided && this->FactsTogether()->Converged > 0;
   this->Divided = all.size() > 1 &&
     std::all_of(all.begin(), all.end(), [](const Word& w) { return w.CanDivide > 0; });
 
@@ -137,7 +147,18 @@ bool ProcessShare::Choose(vtkBrickSource* source, vtkImageData* image, vtkProp3D
   if (this->Divided && source)
   {
     this->Which = Part::Block;
-    this->Divide(source, prop, process, processes, division);
+    this->Split->SetBrickSource(source);
+    this->Split->SetNumberOfBlocks(processes);
+    const vtkIdType weights = this->Weights->GetNumberOfValues();
+    if (weights > 0 && weights == this->Split->GetNumberOfGridBricks())
+    {
+      this->Split->SetWeights(this->Weights);
+    }
+    if (complete)
+    {
+      this->Balance(drawn, controller);
+    }
+    this->Divide(prop, process, processes, division);
   }
   else
   {
@@ -165,17 +186,58 @@ std::optional<ProcessFacts> ProcessShare::FactsTogether() const
     together.FailedBricks += one.FailedBricks;
     together.BricksLoaded += one.BricksLoaded;
     together.Read += one.Read;
+    together.Needed += one.Needed;
     together.GPUMemory = std::max(together.GPUMemory, one.GPUMemory);
     together.HostMemory = std::max(together.HostMemory, one.HostMemory);
   }
   return together;
 }
 
-void ProcessShare::Divide(
-  vtkBrickSource* source, vtkProp3D* prop, int process, int processes, std::vector<double>& boxes)
+double ProcessShare::NeedOf(vtkOutOfCoreVolumeMapper* drawn)
 {
-  this->Split->SetBrickSource(source);
-  this->Split->SetNumberOfBlocks(processes);
+  if (this->Which != Part::Block)
+  {
+    return 0;
+  }
+  vtkNew<vtkDoubleArray> weights;
+  drawn->AddBrickWeights(this->Split, weights);
+  const double* first = weights->GetPointer(0);
+  return std::accumulate(first, first + weights->GetNumberOfValues(), 0.0) / Mebibyte;
+}
+
+void ProcessShare::Balance(vtkOutOfCoreVolumeMapper* drawn, vtkMultiProcessController* controller)
+{
+  vtkNew<vtkDoubleArray> mine;
+  drawn->AddBrickWeights(this->Split, mine);
+  const vtkIdType bricks = mine->GetNumberOfValues();
+  vtkNew<vtkDoubleArray> sum;
+  sum->SetNumberOfValues(bricks);
+  // Summed up once: the same bits, and so the same blocks, everywhere.
+  controller->Reduce(mine->GetPointer(0), sum->GetPointer(0), bricks, vtkCommunicator::SUM_OP, 0);
+  controller->Broadcast(sum->GetPointer(0), bricks, 0);
+  double most = 0;
+  for (const ProcessFacts& one : this->FactsOfAll)
+  {
+    most = std::max(most, one.Needed);
+  }
+  vtkNew<vtkBlockSplit> moved;
+  moved->SetBrickSource(this->Split->GetBrickSource());
+  moved->SetNumberOfBlocks(this->Split->GetNumberOfBlocks());
+  moved->SetWeights(sum);
+  double mostThen = 0;
+  for (int block = 0; block < moved->GetNumberOfBlocks(); ++block)
+  {
+    mostThen = std::max(mostThen, moved->GetBlockWeight(block) / Mebibyte);
+  }
+  if (mostThen * WorthAMove < most)
+  {
+    this->Weights->DeepCopy(sum);
+    this->Split->SetWeights(sum);
+  }
+}
+
+void ProcessShare::Divide(vtkProp3D* prop, int process, int processes, std::vector<double>& boxes)
+{
   this->Split->GetBlockExtent(process, this->BlockExtent);
   vtkBoundingBox whole;
   for (int block = 0; block < processes; ++block)

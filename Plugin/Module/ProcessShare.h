@@ -10,7 +10,10 @@
 
 class vtkBlockSplit;
 class vtkBrickSource;
+class vtkDoubleArray;
 class vtkImageData;
+class vtkMultiProcessController;
+class vtkOutOfCoreVolumeMapper;
 class vtkPVSession;
 class vtkProp3D;
 
@@ -26,6 +29,7 @@ struct ProcessFacts
   double Read = 0;
   double GPUMemory = 0;
   double HostMemory = 0;
+  double Needed = 0; ///< MiB of bricks that rays of the last frame needed, while blocks are drawn
 };
 
 /// What of a volume this process draws, where ParaView runs on several that hold pieces of its
@@ -52,10 +56,15 @@ public:
   /// same everywhere. Blocks are divided where it can, where all processes have the image where
   /// the source says, and where neither direction matrix nor prop turn the volume other than by
   /// right angles: ParaView sorts processes by bounds along the world's axes.
-  /// `facts`: of this process.
-  /// Returns whether something has changed, the same on all processes of the server.
+  /// Where blocks were drawn completely, they are divided by what rays needed, if that takes so
+  /// much off the process that needed most that it is worth to read bricks anew. `drawn`: what has
+  /// drawn, of this process. `facts`: likewise. Returns whether something has changed, the same on
+  /// all processes of the server.
   bool Choose(vtkBrickSource* source, vtkImageData* image, vtkProp3D* prop, bool blendable,
-    const ProcessFacts& facts, vtkPVSession* session);
+    vtkOutOfCoreVolumeMapper* drawn, const ProcessFacts& facts, vtkPVSession* session);
+
+  /// MiB of bricks that the rays of a mapper's last frame needed; 0 where it draws no block.
+  double NeedOf(vtkOutOfCoreVolumeMapper* drawn);
 
   Part GetPart() const { return this->Which; }
   /// Of a block: its voxels for vtkOutOfCoreVolumeMapper::SetBlockExtent(), perhaps none; its
@@ -76,10 +85,11 @@ public:
   ///@}
 
 private:
-  void Divide(vtkBrickSource* source, vtkProp3D* prop, int process, int processes,
-    std::vector<double>& boxes);
+  void Balance(vtkOutOfCoreVolumeMapper* drawn, vtkMultiProcessController* controller);
+  void Divide(vtkProp3D* prop, int process, int processes, std::vector<double>& boxes);
 
   vtkNew<vtkBlockSplit> Split;
+  vtkNew<vtkDoubleArray> Weights; ///< of Split, kept where the source changes; empty: voxels
   Part Which = Part::All;
   int BlockExtent[6] = { 0, -1, 0, -1, 0, -1 };
   double BlockBounds[6] = { 1, -1, 1, -1, 1, -1 };

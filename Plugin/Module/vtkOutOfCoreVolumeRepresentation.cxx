@@ -91,10 +91,21 @@ public:
     return found != this->Parts.end() ? &found->second : nullptr;
   }
 
+  vtkDoubleArray* OfProcesses(vtkDoubleArray* array, double ProcessFacts::*fact) const
+  {
+    array->Initialize();
+    for (const ProcessFacts& facts : this->Share.Facts())
+    {
+      array->InsertNextValue(facts.*fact);
+    }
+    return array;
+  }
+
   std::map<double, Part> Parts; // by the key under which the view keeps frames of animations
   ProcessShare Share;
   bool Updated = false; // RequestData() has run in this update
   vtkNew<vtkDoubleArray> ReadOfProcesses;
+  vtkNew<vtkDoubleArray> NeededOfProcesses;
   vtkSmartPointer<vtkTrivialProducer> Producer = vtkSmartPointer<vtkTrivialProducer>::New();
   vtkIdType InputVoxels = 0;
   bool WarnedOfOpacityArray = false;
@@ -269,7 +280,7 @@ bool vtkOutOfCoreVolumeRepresentation::ChooseShare()
   vtkImageData* image = part ? part->Image.GetPointer() : nullptr;
   auto* view = vtkPVView::SafeDownCast(this->GetView());
   return in.Share.Choose(this->FindSource(image), image, this->Actor,
-    IsBlendable(view, this->VolumeMapper->GetBlendMode()), this->FactsHere(),
+    IsBlendable(view, this->VolumeMapper->GetBlendMode()), this->GetMapper(), this->FactsHere(),
     view ? ViewAccess::Session(view) : nullptr);
 }
 
@@ -306,6 +317,7 @@ void vtkOutOfCoreVolumeRepresentation::UpdateMapperParameters()
   vtkOutOfCoreVolumeMapper* mapper = this->GetMapper();
   const Part* part = in.FindPart(this->GetCacheKey());
   mapper->SetBlock(in.Share.GetPart() == ProcessShare::Part::Block);
+  mapper->SetRecordBricks(mapper->GetBlock());
   mapper->SetBlockExtent(in.Share.Extent());
   if (in.Share.GetPart() == ProcessShare::Part::Nothing)
   {
@@ -383,9 +395,9 @@ void vtkOutOfCoreVolumeRepresentation::SetConvergeTimeout(double seconds)
   this->GetMapper()->SetConvergeTimeout(seconds);
 }
 
-void vtkOutOfCoreVolumeRepresentation::SetShowLevels(int on)
+void vtkOutOfCoreVolumeRepresentation::SetDebugView(int view)
 {
-  this->GetMapper()->SetShowLevels(on);
+  this->GetMapper()->SetDebugView(view);
 }
 
 void vtkOutOfCoreVolumeRepresentation::SetGlobalIlluminationReach(float reach)
@@ -415,6 +427,7 @@ ProcessFacts vtkOutOfCoreVolumeRepresentation::FactsHere()
   facts.Read = MebibytesOf(mapper->GetBytesRead());
   facts.GPUMemory = MebibytesOf(mapper->GetGPUMemoryUsed());
   facts.HostMemory = MebibytesOf(mapper->GetHostMemoryUsed());
+  facts.Needed = in.Share.NeedOf(mapper);
   return facts;
 }
 
@@ -476,13 +489,12 @@ int vtkOutOfCoreVolumeRepresentation::GetDrawsBlock()
 
 vtkDoubleArray* vtkOutOfCoreVolumeRepresentation::GetMebibytesReadOfProcesses()
 {
-  vtkDoubleArray* array = this->Internals->ReadOfProcesses;
-  array->Initialize();
-  for (const ProcessFacts& facts : this->Internals->Share.Facts())
-  {
-    array->InsertNextValue(facts.Read);
-  }
-  return array;
+  return this->Internals->OfProcesses(this->Internals->ReadOfProcesses, &ProcessFacts::Read);
+}
+
+vtkDoubleArray* vtkOutOfCoreVolumeRepresentation::GetMebibytesNeededOfProcesses()
+{
+  return this->Internals->OfProcesses(this->Internals->NeededOfProcesses, &ProcessFacts::Needed);
 }
 
 void vtkOutOfCoreVolumeRepresentation::PrintSelf(ostream& os, vtkIndent indent)

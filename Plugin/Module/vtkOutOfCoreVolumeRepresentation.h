@@ -64,7 +64,7 @@ public:
   void SetMaximumLevel(int level);
   void SetMarcher(int marcher);
   void SetConvergeTimeout(double seconds);
-  void SetShowLevels(int on);
+  void SetDebugView(int view);
   ///@}
 
   ///@{
@@ -112,11 +112,15 @@ public:
   int GetDrawsPyramid();
   /** Whether each of several processes draws a block of a pyramid. */
   int GetDrawsBlock();
+  ///@{
   /**
-   * MiB read from the source by each process, since the representation was made until the last
-   * update of the view. Owned by this object.
+   * Of each process, as of the last update of the view: MiB read from the source since the
+   * representation was made; MiB of bricks that the rays of the last frame needed, 0 where no
+   * blocks are drawn. Owned by this object.
    */
   vtkDoubleArray* GetMebibytesReadOfProcesses();
+  vtkDoubleArray* GetMebibytesNeededOfProcesses();
+  ///@}
 
 protected:
   vtkOutOfCoreVolumeRepresentation();

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: Teravox contributors
 # SPDX-License-Identifier: BSD-3-Clause
 """For pvbatch: pictures of pyramids and of an ordinary image as arrays, and what each process did as JSON:
-parallel_scene.py <folder> [few]."""
+parallel_scene.py <folder> [few | balance]."""
 import json
 import os
 import sys
@@ -57,7 +57,7 @@ def more_pictures(reader, display):
     display.Position = [40, -30, 20]
     display.Orientation = [0, 0, 90]
     look(view)
-    picture("moved", display)
+    picture("scaled", display)
     # What blocks can't be blended of.
     display.Orientation = [20, 0, 30]
     picture("turned", display)
@@ -85,10 +85,28 @@ def blend_mode(display, mode):
     display.SMProxy.UpdateVTKObjects()
 
 
-source = pv.OpenDataFile(path_of("shells.h5"))
-volume = show(source, view, SHELLS, unit=2)
-few_pictures(source, volume)
-if len(sys.argv) == 2:
-    more_pictures(source, volume)
+def balanced_pictures():
+    """Something to be seen in one corner only; each update of the view may move the blocks."""
+    reader = pv.OpenDataFile(path_of("corner.h5"))
+    reader.BrickSize = 8
+    points = [(0, 0, 0, 0, 0), (50, 0.1, 0.2, 0.9, 0), (250, 1, 0.6, 0.3, 0.1)]
+    display = show(reader, view, points, unit=2)
+    display.MaximumLevel = 0
+    look(view)
+    told["needed"] = {}
+    for name in ("even", "moved", "still"):
+        picture(name, display)  # ends with an update: what the frame before needed
+        told["needed"][name] = facts(display, "NeededMiBOfProcesses")
+
+
+mode = sys.argv[2] if len(sys.argv) > 2 else "all"
+if mode == "balance":
+    balanced_pictures()
+else:
+    source = pv.OpenDataFile(path_of("shells.h5"))
+    volume = show(source, view, SHELLS, unit=2)
+    few_pictures(source, volume)
+    if mode == "all":
+        more_pictures(source, volume)
 with open(os.path.join(folder, "facts.json"), "w") as f:
     json.dump(told, f)

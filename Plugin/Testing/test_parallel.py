@@ -16,7 +16,8 @@ script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "parallel_scen
 
 # Each process draws a block, and IceT blends 8 bits of each.
 FEW = {"pyramid", "behind", "above", "shaded"}
-BLOCKS = FEW | {"parallel", "inside", "cropped", "moved", "again"}
+BALANCED = {"even", "moved", "still"}
+BLOCKS = FEW | {"parallel", "inside", "cropped", "scaled", "again"}
 # The first process draws all, IceT brings its 8 bits onto the background.
 FIRST = {"turned", "maximum", "two"}
 # Pieces of an ordinary image, each drawn by itself.
@@ -38,7 +39,7 @@ def compare(one, many, facts, processes):
         print("%d processes, %s: largest difference %d, mean %.3f, blocks %d" % (
             processes, name, difference.max(), difference.mean(), facts["blocks"][name]), flush=True)
         right = difference.mean() < 1.5 if name in PIECES else difference.max() <= processes
-        if not right or facts["blocks"][name] != (name in BLOCKS) or facts["converged"][name] != 1:
+        if not right or facts["blocks"][name] != (name in BLOCKS | BALANCED) or facts["converged"][name] != 1:
             yield "%s by %d processes" % (name, processes)
 
 
@@ -56,4 +57,17 @@ for processes, names in ((2, set(one)), (3, FEW)):
     print("%d processes read %s MiB, one reads %.2f" % (
         processes, " + ".join("%.2f" % r for r in read), whole), flush=True)
     assert len(read) == processes and all(0 < r < 0.9 * whole for r in read), read
+
+# Blocks move to where rays need more, and stay there.
+one, _ = run([], "balance")
+for processes in (2, 4):
+    many, told = run([mpirun, "-np", str(processes), "--oversubscribe"], "balance")
+    failures += compare(one, many, told, processes)
+    busiest = {name: max(needed) * processes / sum(needed) for name, needed in told["needed"].items()}
+    print("%d processes: the busiest needs %s times the mean; MiB read by each: %s, then %s, then %s" % (
+        processes, ", ".join("%.2f" % busiest[n] for n in ("even", "moved", "still")),
+        *[" + ".join("%.2f" % r for r in told["read"][n]) for n in ("even", "moved", "still")]), flush=True)
+    assert busiest["even"] > 0.9 * processes and busiest["moved"] < 1.5, busiest
+    assert told["needed"]["still"] == told["needed"]["moved"], told["needed"]
+    assert told["read"]["still"] == told["read"]["moved"], told["read"]
 assert not failures, failures

@@ -72,12 +72,30 @@ class Pictures(Case):
 
     def test_maximum_level_and_debug_view(self):
         reader, display = self.shells()
-        display.ShowLevels = 1
+        plain = screenshot(self.view)
+        display.DebugView = "Levels"
         display.MaximumLevel = 0
         shades = set(np.unique(screenshot(self.view)))
         self.assertLessEqual(max(shades), 8)  # level 0: 1/32 of 255, premultiplied
         display.MinimumLevel = display.MaximumLevel = 2
         self.assertGreater(max(np.unique(screenshot(self.view))), 20)
+        # Frames are over the picture, in the colours of the levels.
+        display.MinimumLevel, display.MaximumLevel = 0, 31
+        display.DebugView = "Brick Frames"
+        framed = screenshot(self.view)
+        frames = (framed != plain).any(axis=2)
+        self.assertTrue(0.01 < frames.mean() < 0.5, frames.mean())
+        colors = {tuple(c) for c in framed[frames]}
+        self.assertLessEqual(colors, {(255, 255, 255), (255, 255, 0), (0, 255, 255)})
+        # Samples: gray, at most 16 octaves of them, where the ray meets the volume.
+        display.DebugView = "Samples per Pixel"
+        samples = screenshot(self.view)
+        self.assertTrue((samples.min(axis=2) == samples.max(axis=2)).all())
+        self.assertShowsSomething(samples)
+        self.assertGreater(len(np.unique(samples)), 10)
+        self.assertFalse(samples.max(axis=2)[0].any())
+        display.DebugView = "None"
+        self.assertSamePicture(screenshot(self.view), plain, 0)
 
     def test_screenshot_is_complete(self):
         reader, display = self.shells()

@@ -24,7 +24,7 @@ layout(std140, binding = 0) uniform View
   vec4 u_step;      // x: fixed step in world units (variant FIXED_STEP); error allowed to a piece:
                     // y: per opacity that it adds, w: to any; z: transmittance at which a ray ends
   uvec4 u_limits;   // x: steps per pass; y: stamp; z: index of the block stamps; w: of the tiles
-  uvec4 u_switches; // x: skip empty regions; y: volume number; z: tiles along x; w: cropping
+  uvec4 u_switches; // x: skip empty regions; y: count samples per pixel; z: tiles along x; w: cropping
   vec4 u_material;  // ambient, diffuse, specular, specular power
   vec4 u_lightDiffuse;  // rgb; w: 1 if two-sided
   vec4 u_lightSpecular; // rgb; w: largest extinction of the transfer function
@@ -69,8 +69,8 @@ layout(binding = 7) uniform sampler2D u_colorBefore;
 layout(binding = 8) uniform isampler2D u_positionBefore;
 layout(binding = 0, rgba32f) uniform writeonly image2D u_colorState;
 layout(binding = 1, rgba32i) uniform writeonly iimage2D u_positionState;
-#if TERAVOX_ESTIMATE
-layout(binding = 2, r32f) uniform image2D u_errorState;
+#if TERAVOX_ESTIMATE || TERAVOX_COUNT
+layout(binding = 2, r32f) uniform image2D u_errorState; // or samples
 #endif
 #if TERAVOX_FIRST_HIT
 layout(binding = 3, rg32f) uniform writeonly image2D u_firstHit; // depth, level

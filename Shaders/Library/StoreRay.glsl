@@ -14,6 +14,13 @@ void ReportUnderWay(ivec2 pixel, bool waiting)
 void StoreRay(State state, ivec2 pixel, uvec3 brick, int word)
 {
   ReportCounts(state);
+#if TERAVOX_COUNT
+  if (u_switches.y != 0u)
+  {
+    float before = imageLoad(u_errorState, pixel).x;
+    imageStore(u_errorState, pixel, vec4(before + float(state.samples)));
+  }
+#endif
 #if TERAVOX_BLEND
   state.color = StoreProjection(state.color);
   word |= (g_side + 1) << 20;

@@ -473,9 +473,9 @@ TEST_P(SkippingUnchanged, ScenesAreShownAgain)
     { "interpolation", [&] { stage.Property->SetInterpolationTypeToNearest(); } },
     { "level", [&] { stage.Mapper->SetMinimumLevel(1); } },
     { "place", [&] { stage.Volume->SetPosition(3, 0, 0); } },
-    { "levels shown", [&] { stage.Mapper->ShowLevelsOn(); } },
+    { "levels shown", [&] { stage.Mapper->SetDebugViewToLevels(); } },
     { "skipping", [&] { stage.Mapper->EmptySpaceSkippingOff(); }, true },
-    { "no levels shown", [&] { stage.Mapper->ShowLevelsOff(); } },
+    { "no levels shown", [&] { stage.Mapper->SetDebugViewToNone(); } },
     { "source",
       [&] {
         stage.SetSource(FieldOf({ 64, 64, 64 }, 16, [](double x, double, double) { return x; }));

@@ -248,7 +248,7 @@ TEST(Truth, LevelsInOnePicture)
   }
 }
 
-// ShowLevels: the level of the first contribution. In fog that is where the ray enters the box.
+// Levels shown: the level of the first contribution. In fog that is where the ray enters the box.
 TEST(Truth, LevelsShown)
 {
   ImageOptions options;
@@ -260,7 +260,7 @@ TEST(Truth, LevelsShown)
   TransferNodes nodes = MakeTransfer(OpacityShape::Fog);
   nodes.Opacity = { { 0, 0.01 }, { 255, 0.01 } };
   stage.SetTransfer(nodes);
-  stage.Mapper->ShowLevelsOn();
+  stage.Mapper->SetDebugViewToLevels();
   for (const bool parallel : { false, true })
   {
     if (parallel)

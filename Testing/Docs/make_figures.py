@@ -78,7 +78,7 @@ def levels():
     """A volume of 2^20 voxels per axis along its face: colours, and the level of what is seen first."""
     scene = Scene(formula("sponge", 1 << 20), (0.5, -0.02, 1.01), (0.5, 0.3, 0.98), 50)
     picture = scene.color()[..., :3]
-    scene.mapper.ShowLevelsOn()
+    scene.mapper.SetDebugViewToLevels()
     shown = scene.color()
     visible = shown[..., 3] > 0
     level = np.where(visible, shown[..., 0] * 32 - 1, 0)

@@ -268,6 +268,110 @@ class Looks(unittest.TestCase):
                 teravox.volume(array, gpu_memory=wrong)
 
 
+class Plotter:
+    """What PyVista's plotter does with a prop that it gets by add_actor(), as far as VTK sees it: a dictionary by
+    name, AddActor(), bounds of all props, a camera reset by them, culling and picking as far as the prop knows
+    them, a light kit, screenshots."""
+
+    def __init__(self, size=(120, 90)):
+        self.actors = {}
+        self.renderer = vtk.vtkRenderer()
+        self.window = vtk.vtkRenderWindow()
+        self.window.SetOffScreenRendering(1)
+        self.window.SetMultiSamples(0)
+        self.window.SetSize(*size)
+        self.window.AddRenderer(self.renderer)
+        self.renderer.AutomaticLightCreationOff()
+        vtk.vtkLightKit().AddLightsToRenderer(self.renderer)
+
+    def add_actor(self, actor, reset_camera=None, name=None, culling=False, pickable=True):
+        if isinstance(actor, vtk.vtkMapper):
+            raise TypeError("a mapper of surfaces")
+        name = name or actor.GetAddressAsString("")
+        self.remove_actor(name)
+        actor.renderer = self
+        self.renderer.AddActor(actor)
+        self.actors[name] = actor
+        if reset_camera or (reset_camera is None and len(self.actors) == 1):
+            self.reset_camera()
+        if culling:
+            try:
+                actor.GetProperty().BackfaceCullingOn()
+            except AttributeError:
+                pass
+        actor.SetPickable(pickable)
+        self.renderer.Modified()
+        return actor, actor.GetProperty()
+
+    def remove_actor(self, name):
+        actor = self.actors.pop(name, None)
+        if actor is not None:
+            self.renderer.RemoveActor(actor)
+
+    @property
+    def bounds(self):
+        found = [a.GetBounds() for a in self.actors.values() if hasattr(a, "GetBounds") and a.GetBounds()]
+        return tuple(f(b[i] for b in found) for i, f in enumerate((min, max) * 3))
+
+    def reset_camera(self):
+        self.renderer.ResetCamera(self.bounds)
+
+    def screenshot(self):
+        self.window.Render()
+        grab = vtk.vtkWindowToImageFilter()
+        grab.SetInput(self.window)
+        grab.ReadFrontBufferOff()
+        grab.Update()
+        width, height, _ = grab.GetOutput().GetDimensions()
+        return vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars()).reshape(height, width, -1)[::-1, :, :3]
+
+
+class Plotters(unittest.TestCase):
+    def test_a_volume_goes_in_by_add_actor(self):
+        array = shells(40)
+        plotter = Plotter()
+        volume, look = plotter.add_actor(teravox.volume(array, spacing=(1, 2, 3)), name="scan", culling=True)
+        self.assertIsInstance(look, vtk.vtkVolumeProperty)
+        self.assertEqual(plotter.bounds, (0, 39, 0, 78, 0, 117))
+        picture = plotter.screenshot()
+        self.assertTrue(volume.GetMapper().IsConverged())
+        # The camera sees all of it, and nothing else: something in the middle, nothing at the rim.
+        self.assertGreater(picture[30:60, 45:75].max(), 60)
+        self.assertEqual(picture[[0, -1]].max(), 0)
+        # As a volume of a renderer's, lit the same.
+        scene = Scene(teravox.volume(array, spacing=(1, 2, 3)))
+        scene.renderer.AutomaticLightCreationOff()
+        vtk.vtkLightKit().AddLightsToRenderer(scene.renderer)
+        scene.renderer.SetActiveCamera(plotter.renderer.GetActiveCamera())
+        mine = vtk.vtkImageData()
+        self.assertTrue(volume.GetMapper().GetColorAccumulator(mine))
+        np.testing.assert_array_equal(vtk_to_numpy(mine.GetPointData().GetScalars()), scene.accumulator())
+
+    def test_with_surfaces_by_name_and_removed(self):
+        plotter = Plotter()
+        plotter.add_actor(teravox.volume(shells(40)), name="scan")
+        alone = plotter.screenshot()
+        ball = vtk.vtkSphereSource()
+        ball.SetCenter(20, 20, 60)
+        ball.SetRadius(9)
+        surface = vtk.vtkPolyDataMapper()
+        surface.SetInputConnection(ball.GetOutputPort())
+        actor = vtk.vtkActor()
+        actor.SetMapper(surface)
+        plotter.add_actor(actor, name="ball")
+        # The ball is in front of the volume, which is seen beside it.
+        self.assertGreater(plotter.bounds[5], 68)
+        both = plotter.screenshot()
+        changed = (np.abs(both.astype(int) - alone) > 8).any(axis=2)
+        self.assertTrue(0.005 < changed.mean() < 0.6, changed.mean())
+        plotter.remove_actor("ball")
+        np.testing.assert_array_equal(plotter.screenshot(), alone)
+        # Another volume of the same name takes its place.
+        plotter.add_actor(teravox.volume(np.zeros((9, 9, 9), np.uint8), opacity=[0, 1], clim=(0, 255)), name="scan")
+        self.assertEqual(plotter.renderer.GetVolumes().GetNumberOfItems(), 1)
+        self.assertEqual(plotter.screenshot().max(), 0)
+
+
 class Screenshots(Folder):
     def test_the_picture_is_the_window_s(self):
         array = shells()

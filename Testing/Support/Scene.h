@@ -145,8 +145,8 @@ public:
   /// Nothing is drawn where these levels, as many as the volume's, aren't above 0. What they refer
   /// to has to outlive this.
   void SetMask(std::vector<TruthLevel> levels);
-  /// The same as a label mask: what is drawn of a voxel follows from the property's functions of its
-  /// label. `info`: of what is drawn.
+  /// The same as a label mask: what is drawn of a voxel follows from the property's functions of
+  /// its label. `info`: of what is drawn.
   void SetLabels(Stage& stage, const VolumeInfo& info, std::vector<TruthLevel> levels);
   /// Instead of the stage's functions, where evaluating those takes too long.
   void SetTransfer(TruthTransfer transfer) { *this->Transfer = std::move(transfer); }

@@ -64,8 +64,8 @@ struct TruthScene
   /// Nothing is drawn where this isn't above 0: a volume with nearest interpolation and the levels
   /// of `Volume`. Null: no mask.
   const TruthVolume* Mask = nullptr;
-  /// Null: the mask is as said above. Else all is drawn, and where the mask, rounded down, is one of
-  /// these, by the functions that belong to it, which replace Transfer and GradientOpacity.
+  /// Null: the mask is as said above. Else all is drawn, and where the mask, rounded down, is one
+  /// of these, by the functions that belong to it, which replace Transfer and GradientOpacity.
   const std::map<std::int64_t, TruthLabel>* Labels = nullptr;
 };
 

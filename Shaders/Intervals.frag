@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // Where each ray runs: an interval of view depth per pixel, from the box of the volume, the block of
-// it that is drawn, the near plane, the clipping planes and the depth of opaque geometry. The
-// marcher only reads it.
+// it that is drawn, the near plane, the clipping planes and the depths of geometry. The marcher only
+// reads it.
 #include "Shared/Layout.glsl"
 #include "Variant.glsl"
 #include "Library/Bindings.glsl"
@@ -14,6 +14,7 @@ uniform vec3 u_blockLow; // likewise
 uniform vec3 u_blockHigh;
 uniform vec2 u_nearFar;       // view depths
 uniform int u_hasSlice; // positions hold, as floats, the depth at which a ray meets the slice
+uniform int u_hasBegin; // and behind it the window depth where rays begin
 uniform int u_planeCount;
 layout(std430, binding = 3) readonly buffer Planes
 {
@@ -21,8 +22,13 @@ layout(std430, binding = 3) readonly buffer Planes
                    // pixel corner (0, 0), per pixel in x, in y
 };
 #if TERAVOX_OPAQUE_DEPTH
-uniform vec4 u_depthToView;   // view depth = (x + y * d) / (z + w * d), d = window depth in 0..1
+uniform vec4 u_depthToView; // view depth = (x + y * d) / (z + w * d), d = window depth in 0..1
 layout(binding = 0) uniform sampler2D u_depth; // of this viewport only
+
+float ViewDepth(float d)
+{
+  return (u_depthToView.x + u_depthToView.y * d) / (u_depthToView.z + u_depthToView.w * d);
+}
 #endif
 
 const float SLICE_REACH = 1.0e-3;   // voxels
@@ -57,7 +63,12 @@ void main()
   float d = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r;
   if (d < 1.0)
   {
-    last = min(last, (u_depthToView.x + u_depthToView.y * d) / (u_depthToView.z + u_depthToView.w * d));
+    last = min(last, ViewDepth(d));
+  }
+  float from = intBitsToFloat(texelFetch(u_positionBefore, ivec2(gl_FragCoord.xy), 0).g);
+  if (u_hasBegin != 0 && from > 0.0)
+  {
+    first = max(first, ViewDepth(from));
   }
 #endif
   if (u_hasSlice != 0)

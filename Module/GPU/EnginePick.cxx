@@ -3,7 +3,9 @@
 #include "GLStateGuard.h"
 #include "VolumeEngine.h"
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -35,13 +37,14 @@ double VolumeEngine::OpaqueDepth(const FrameRequest& request, int x, int y) cons
 {
   constexpr double none = std::numeric_limits<double>::infinity();
   const auto view = this->Views.find(request.View);
-  if (!request.UseDepth || view == this->Views.end() ||
-    view->second->Width() != request.Camera.Width ||
-    view->second->Height() != request.Camera.Height)
+  const bool isThere = view != this->Views.end() && view->second->Width() == request.Camera.Width &&
+    view->second->Height() == request.Camera.Height;
+  if (!request.Depths && (!request.UseDepth || !isThere))
   {
     return none;
   }
-  const std::vector<float> depths = RayMarcher::ReadDepth(*view->second);
+  const std::vector<float> depths =
+    request.Depths ? request.Depths->End : RayMarcher::ReadDepth(*view->second);
   const float depth =
     depths[static_cast<std::size_t>(y) * static_cast<std::size_t>(request.Camera.Width) +
       static_cast<std::size_t>(x)];
@@ -63,12 +66,12 @@ Result<FirstHits> VolumeEngine::DrawOneRay(
     return Status(StatusCode::InvalidArgument, "There is no brick source to draw.");
   }
   FrameRequest ray = request;
-  ray.View = &this->OneRay;
   {
     const GLStateGuard guard;
     ray.EndDepth = this->OpaqueDepth(request, x, y);
   }
   ray.UseDepth = false;
+  ray.Depths = nullptr;
   ray.Camera = CameraOfPixel(request.Camera, x, y);
   if (request.SliceDepths)
   {
@@ -78,39 +81,76 @@ Result<FirstHits> VolumeEngine::DrawOneRay(
     ray.SliceDepths =
       std::make_shared<const std::vector<double>>(1, request.SliceDepths->at(pixel));
   }
-  ray.HitOpacity = opacity;
-  ray.Show = false;
-  ray.Converge = true;
-  ray.CountSamples = false;
-  ray.ShowLevel = false;
-  ray.ShowSamples = false;
-  ray.ShowFrames = false;
-  ray.ErrorEstimate = false;
-  ray.RecordBricks = false;
-  ray.Abort = nullptr;
+  return this->DrawAside(std::move(ray), opacity);
+}
+
+Result<FirstHits> VolumeEngine::DrawHits(const FrameRequest& request, double opacity)
+{
+  return this->DrawAside(request, opacity);
+}
+
+Result<FirstHits> VolumeEngine::DrawAside(FrameRequest request, double opacity)
+{
+  request.View = &this->Aside;
+  request.HitOpacity = opacity;
+  request.Show = false;
+  request.Converge = true;
+  request.CountSamples = false;
+  request.ShowLevel = false;
+  request.ShowSamples = false;
+  request.ShowFrames = false;
+  request.ErrorEstimate = false;
+  request.RecordBricks = false;
+  request.Abort = nullptr;
 
   // What is known of the last frame stays, and so does what it asked for.
   const FrameStatistics frame = this->Frame;
   const std::uint64_t operations = this->Operations_;
-  const double looseness = this->Looseness;
+  const std::array<double, 3> pace{ this->Looseness, this->Spent, this->Budget };
   const MarchParameters::Vec step = this->EstimateStep;
   const bool known = this->EstimateKnown;
   Feedback unanswered = std::exchange(this->Unanswered, {});
-  const Status status = this->Render(ray);
+  const Status status = this->Render(request);
   std::optional<FirstHits> hits;
   if (status)
   {
-    hits = this->ReadFirstHits(ray.View);
+    hits = this->ReadFirstHits(request.View);
   }
-  this->Views.erase(ray.View);
+  this->Views.erase(request.View);
   this->Frame = frame;
   this->Operations_ = operations;
-  this->Looseness = looseness;
+  this->Looseness = pace[0];
+  this->Spent = pace[1];
+  this->Budget = pace[2];
   this->EstimateStep = step;
   this->EstimateKnown = known;
   this->Unanswered = std::move(unanswered);
   return !status ? Result<FirstHits>(status)
                  : Result<FirstHits>(std::move(hits).value_or(FirstHits{}));
+}
+
+void VolumeEngine::PutPixels(
+  const FrameRequest& request, const std::vector<std::array<std::uint8_t, 4>>& pixels)
+{
+  const int width = request.Camera.Width;
+  const int height = request.Camera.Height;
+  const GLStateGuard guard;
+  std::vector<std::array<std::uint8_t, 4>> all(pixels.size());
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, request.Framebuffer);
+  glReadPixels(request.X, request.Y, width, height, GL_RGBA, GL_UNSIGNED_BYTE, all.data());
+  for (std::size_t i = 0; i < all.size(); ++i)
+  {
+    all[i] = pixels[i][3] != 0 ? pixels[i] : all[i];
+  }
+  const GLTexture texture(this->Memory_, GL_TEXTURE_2D, GL_RGBA8, width, height, 1, 4, GL_NEAREST);
+  texture.Bind(0);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, all.data());
+  const GLFramebuffer from = GLFramebuffer::Make();
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, from.Id());
+  glFramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture.Id(), 0);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, request.Framebuffer);
+  glBlitFramebuffer(0, 0, width, height, request.X, request.Y, request.X + width,
+    request.Y + height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }
 
 } // namespace teravox

@@ -211,6 +211,17 @@ void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
   }
 }
 
+void RayMarcher::SetDepth(ViewState& view, const std::vector<float>& depths)
+{
+  view.Depth.Bind(0);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_DEPTH_COMPONENT, GL_FLOAT,
+    depths.data());
+  if (view.IsNative())
+  {
+    view.Native.Depth = depths;
+  }
+}
+
 std::vector<float> RayMarcher::ReadDepth(const ViewState& view)
 {
   if (view.IsNative())
@@ -226,7 +237,7 @@ std::vector<float> RayMarcher::ReadDepth(const ViewState& view)
 
 Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
   const IntervalParameters& intervals, const std::vector<PlaneAlongRays>& planes,
-  const std::vector<float>& slice, const LatticeOptions& lattice)
+  const std::vector<float>& slice, const std::vector<float>& begins, const LatticeOptions& lattice)
 {
   view.ActiveTiles = TilesOf(intervals.Rectangle);
   if (view.IsNative())
@@ -235,6 +246,7 @@ Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
     view.NativeChanged = true;
     this->Intervals = intervals;
     this->Planes = planes;
+    view.Native.Begin = begins;
     if (!slice.empty())
     {
       view.Native.SetSlice(slice, intervals);
@@ -259,12 +271,18 @@ Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
   glUniform3fv(p.Uniform("u_blockHigh"), 1, intervals.BlockHigh.data());
   glUniform2f(p.Uniform("u_nearFar"), intervals.Near, intervals.Far);
   glUniform1i(p.Uniform("u_hasSlice"), slice.empty() ? 0 : 1);
+  glUniform1i(p.Uniform("u_hasBegin"), begins.empty() ? 0 : 1);
   view.Position.Bind(8);
-  if (!slice.empty())
+  if (!slice.empty() || !begins.empty())
   {
-    // Until positions are cleared, their place holds the slice.
+    // Until positions are cleared, their place holds the slice and where rays begin.
+    std::vector<std::array<float, 2>> places(std::max(slice.size(), begins.size()));
+    for (std::size_t i = 0; i < places.size(); ++i)
+    {
+      places[i] = { slice.empty() ? 0.0f : slice[i], begins.empty() ? 0.0f : begins[i] };
+    }
     glTexSubImage2D(
-      GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_RED_INTEGER, GL_INT, slice.data());
+      GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_RG_INTEGER, GL_INT, places.data());
   }
   glUniform1i(p.Uniform("u_planeCount"), static_cast<GLint>(planes.size()));
   GLBuffer planeBuffer;
@@ -346,8 +364,8 @@ PassResult RayMarcher::DrawNativePass(ViewState& view, const BrickAtlas& atlas,
   scene.Blend = variant.Blend;
   // Samples of pixels are in the place of errors.
   float* samples = parameters.Switches[1] != 0 ? std::exchange(scene.Error, nullptr) : nullptr;
-  PassResult result = this->Native.DrawPass(
-    scene, atlas.Plan().Slots, atlas.Plan().PageBlocks, view.ActiveTiles, samples);
+  PassResult result = this->Native.DrawPass(scene, atlas.Plan().Slots, atlas.Plan().PageBlocks,
+    view.ActiveTiles, samples, view.Native.Begin);
   if (view.ActiveTiles.empty() && view.Native.LatticeStage > 0)
   {
     view.ActiveTiles = this->Native.Refine(scene, view.Native, TilesOf(this->Intervals.Rectangle));
@@ -620,6 +638,17 @@ Status RayMarcher::DrawFrames(
   return {};
 }
 
+void RayMarcher::UpdateColor(ViewState& view)
+{
+  if (view.IsNative() && view.NativeChanged)
+  {
+    view.Color.Bind(0);
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_RGBA, GL_FLOAT,
+      view.Native.Color.data());
+    view.NativeChanged = false;
+  }
+}
+
 Status RayMarcher::Compose(
   ViewState& view, GLuint framebuffer, int x, int y, const Composition& how)
 {
@@ -628,13 +657,7 @@ Status RayMarcher::Compose(
   {
     return program.GetStatus();
   }
-  if (view.IsNative() && view.NativeChanged)
-  {
-    view.Color.Bind(0);
-    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_RGBA, GL_FLOAT,
-      view.Native.Color.data());
-    view.NativeChanged = false;
-  }
+  UpdateColor(view);
   const GLProgram& p = *program.Value();
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
   glViewport(x, y, view.Width(), view.Height());

@@ -60,11 +60,15 @@ public:
 
   /// Copies the depth of the frame buffer that is bound for drawing, resolving samples.
   void CopyDepth(ViewState& view, GLuint framebuffer, int x, int y);
+  /// Depths in 0..1 instead of those of a frame buffer, rows from the bottom.
+  static void SetDepth(ViewState& view, const std::vector<float>& depths);
   /// What CopyDepth() has copied, in 0..1, rows from the bottom. Waits for the GPU.
   static std::vector<float> ReadDepth(const ViewState& view);
   /// Begins a picture: intervals, cleared accumulators, all tiles active. `slice`: per pixel the
   /// depth along its ray at which it meets the slice to be drawn, NaN if it doesn't; empty for
-  /// blend modes without one. `lattice`: see NativeView::Clear(); of the native marcher only.
+  /// blend modes without one. `begins`: per pixel the depth (as the depth buffer counts it) where
+  /// its ray begins; empty: at the near plane. `lattice`: see NativeView::Clear(); of the native
+  /// marcher only.
   struct LatticeOptions
   {
     int Stage = 0;
@@ -72,7 +76,9 @@ public:
   };
   Status Begin(ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals,
     const std::vector<PlaneAlongRays>& planes, const std::vector<float>& slice,
-    const LatticeOptions& lattice);
+    const std::vector<float>& begins, const LatticeOptions& lattice);
+  /// Color has the colours, from whichever marcher.
+  static void UpdateColor(ViewState& view);
   /// LightTable of the picture under way (see LightSetup.h); empty: one headlight.
   void SetLights(std::vector<MarchParameters::Vec> table);
   /// Casts what a lattice has left out: see NativeView::CastAll(). Nothing if all rays are.

@@ -48,12 +48,13 @@ std::size_t ViewState::FeedbackWords() const
     static_cast<std::size_t>(this->TilesX()) * static_cast<std::size_t>(this->TilesY());
 }
 
-bool ViewState::Resize(
-  GPUMemory& memory, int width, int height, const AtlasPlan& plan, bool estimate, bool firstHit)
+bool ViewState::Resize(GPUMemory& memory, int width, int height, const AtlasPlan& plan,
+  bool estimate, bool firstHit, bool peels)
 {
   if (width == this->Width_ && height == this->Height_ && plan.Slots == this->Slots &&
     plan.PageBlocks == this->PageBlocks && plan.Native == this->Native_ &&
-    estimate == this->Estimate_ && firstHit == this->FirstHit_ && this->Color.Id() != 0)
+    estimate == this->Estimate_ && firstHit == this->FirstHit_ && peels == this->Peels_ &&
+    this->Color.Id() != 0)
   {
     return true;
   }
@@ -65,6 +66,7 @@ bool ViewState::Resize(
   this->Native_ = plan.Native;
   this->Estimate_ = estimate;
   this->FirstHit_ = firstHit;
+  this->Peels_ = peels;
   while (glGetError() != GL_NO_ERROR)
   {
   }
@@ -72,12 +74,16 @@ bool ViewState::Resize(
   { return GLTexture(memory, GL_TEXTURE_2D, format, width, height, 1, bytes, GL_NEAREST); };
   this->Color = make(GL_RGBA32F, 16);
   this->Depth = make(GL_DEPTH_COMPONENT32F, 4);
+  if (peels)
+  {
+    this->Peel = make(GL_RGBA32F, 16);
+  }
   if (plan.Native)
   {
     this->Native.Resize(width, height, estimate, firstHit);
     this->NativeBytes = MemoryShare(memory,
       (NativeView::BytesPerPixel + (estimate ? sizeof(float) : 0) +
-        (firstHit ? FirstHitBytesPerPixel : 0)) *
+        (firstHit ? FirstHitBytesPerPixel : 0) + (peels ? sizeof(float) : 0)) *
         static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height));
     return glGetError() == GL_NO_ERROR;
   }
@@ -133,6 +139,7 @@ void ViewState::Release()
   this->Depth.Release();
   this->Error.Release();
   this->FirstHit.Release();
+  this->Peel.Release();
   this->HitTarget.Release();
   this->Geometry.reset();
   this->Feedback.Release();
@@ -146,6 +153,7 @@ void ViewState::Release()
   this->Native_ = false;
   this->Estimate_ = false;
   this->FirstHit_ = false;
+  this->Peels_ = false;
   this->Width_ = 0;
   this->Height_ = 0;
 }

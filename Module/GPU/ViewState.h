@@ -40,16 +40,18 @@ class ViewState
 {
 public:
   /// Allocates for a picture of this size and an atlas of this plan; nothing if nothing changed.
-  /// Returns false if the driver has no memory.
+  /// Returns false if the driver has no memory. `peels`: for rays that are drawn in stretches.
   bool Resize(GPUMemory& memory, int width, int height, const AtlasPlan& plan, bool estimate,
-    bool firstHit = false);
+    bool firstHit, bool peels);
   void Release();
 
   /// Whether it is for the native marcher.
   bool IsNative() const { return this->Native_; }
   bool HasEstimate() const { return this->Estimate_ && !this->CountsSamples; }
   bool HasFirstHit() const { return this->FirstHit_; }
+  bool HasPeels() const { return this->Peels_; }
   static constexpr std::uint64_t FirstHitBytesPerPixel = 8;
+  static constexpr std::uint64_t PeelBytesPerPixel = 20; ///< Peel, and where native rays begin
   int Width() const { return this->Width_; }
   int Height() const { return this->Height_; }
   int TilesX() const { return (this->Width_ + 31) / 32; }
@@ -66,6 +68,7 @@ public:
   GLTexture Depth;
   GLTexture Error;    ///< estimates, if they are asked for
   GLTexture FirstHit; ///< depth and level where the opacity is what is looked for, if it is
+  GLTexture Peel;     ///< colours of another stretch of the rays, where they are drawn in such
   GLBuffer Feedback;
   GLBuffer TileList;
   GLFramebuffer StateTarget;                      ///< colour, position and error, to clear them
@@ -87,6 +90,7 @@ private:
   bool Native_ = false;
   bool Estimate_ = false;
   bool FirstHit_ = false;
+  bool Peels_ = false;
 };
 
 } // namespace teravox

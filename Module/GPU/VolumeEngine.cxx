@@ -31,10 +31,18 @@ constexpr double ShortPass = 0.1;
 // Colours of 16 bits, and roundings of floats along a ray.
 constexpr float FormatError = 2.0e-5f;
 
-std::uint64_t HitBytes(int width, int height)
+// Of a picture, beside what each has.
+std::uint64_t MoreBytes(int width, int height, bool firstHit, bool peels)
 {
-  return ViewState::FirstHitBytesPerPixel * static_cast<std::uint64_t>(width) *
-    static_cast<std::uint64_t>(height);
+  return ((firstHit ? ViewState::FirstHitBytesPerPixel : 0) +
+           (peels ? ViewState::PeelBytesPerPixel : 0)) *
+    static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+}
+
+// Whether rays begin at the near plane.
+bool RunFromBegin(const FrameRequest& request)
+{
+  return !request.Depths || request.Depths->Begin.empty();
 }
 
 bool AddsUpOpacity(BlendKind kind)
@@ -148,8 +156,8 @@ std::uint64_t VolumeEngine::FixedBytes(const ViewState* except, int width, int h
       bytes += PictureBytes(view.second->Width(), view.second->Height());
       // The plan has room for the feedback of one.
       bytes += view.second->IsNative() ? 0 : view.second->FeedbackWords() * 4;
-      bytes +=
-        view.second->HasFirstHit() ? HitBytes(view.second->Width(), view.second->Height()) : 0;
+      bytes += MoreBytes(view.second->Width(), view.second->Height(), view.second->HasFirstHit(),
+        view.second->HasPeels());
     }
   }
   return bytes;
@@ -172,8 +180,8 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
   wanted.BudgetBytes = this->Settings.GPUMemoryBudget;
   wanted.ReservedBytes = this->FixedBytes(view == this->Views.end() ? nullptr : view->second.get(),
     request.Camera.Width, request.Camera.Height);
-  wanted.ReservedBytes +=
-    request.HitOpacity ? HitBytes(request.Camera.Width, request.Camera.Height) : 0;
+  wanted.ReservedBytes += MoreBytes(
+    request.Camera.Width, request.Camera.Height, request.HitOpacity.has_value(), request.IsStretch);
   wanted.ReservedBytes += request.ShowFrames ? RayMarcher::FrameBytes : 0;
   wanted.MaximumSlots = this->Settings.MaximumSlots;
   GLint largest = 0;
@@ -513,15 +521,22 @@ ShaderVariant VolumeEngine::VariantOf(const FrameRequest& request, const VoxelFo
 
 bool VolumeEngine::IsStillThere(const FrameRequest& request, ViewState& view, const PictureKey& key)
 {
-  const bool same = request.ReusePicture && view.Complete && *view.Complete == key &&
-    (view.Frames || !request.ShowFrames);
-  if (!request.UseDepth)
+  const bool same = request.ReusePicture && RunFromBegin(request) && view.Complete &&
+    *view.Complete == key && (view.Frames || !request.ShowFrames);
+  if (!request.UseDepth && !request.Depths)
   {
     return same;
   }
   // Only where all else is the same is it worth while to wait for the depth itself.
   const std::vector<float> before = same ? RayMarcher::ReadDepth(view) : std::vector<float>();
-  this->Marcher->CopyDepth(view, request.Framebuffer, request.X, request.Y);
+  if (request.Depths)
+  {
+    RayMarcher::SetDepth(view, request.Depths->End);
+  }
+  else
+  {
+    this->Marcher->CopyDepth(view, request.Framebuffer, request.X, request.Y);
+  }
   return same && RayMarcher::ReadDepth(view) == before;
 }
 
@@ -533,6 +548,8 @@ Status VolumeEngine::RunPasses(
   // An interactive frame goes on with the wishes of the one before: without them all that has come
   // since would be thrown away before the first pass.
   Feedback feedback = std::exchange(this->Unanswered, {});
+  const std::vector<Feedback::Miss> askedBefore =
+    request.Continues ? feedback.Missed : std::vector<Feedback::Miss>();
   bool waiting = false;
   bool unfinished = true;
   bool drawn = false;
@@ -625,12 +642,19 @@ Status VolumeEngine::RunPasses(
   {
     this->Frame.Converged = !this->AnyFailed();
   }
-  this->Frame.MissingBricks = feedback.Missed.size();
-  // For the next frame: what was missed is asked for now.
+  // For the next frame: what was missed is asked for now, with what other stretches missed.
   if (!request.Converge)
   {
+    std::unordered_set<BrickKey, BrickKeyHash> missed;
+    for (const Feedback::Miss& miss : feedback.Missed)
+    {
+      missed.insert(miss.Key);
+    }
+    std::copy_if(askedBefore.begin(), askedBefore.end(), std::back_inserter(feedback.Missed),
+      [&missed](const Feedback::Miss& miss) { return missed.count(miss.Key) == 0; });
     this->Unanswered.Missed = feedback.Missed;
   }
+  this->Frame.MissingBricks = feedback.Missed.size();
   this->Carry(this->Residency_->Step(feedback, this->TakeFinished(), order));
   return {};
 }
@@ -644,45 +668,55 @@ int FirstStageOf(const FrameRequest& request, const ShaderVariant& variant,
   // Fields with steps are pictures with steps; levels and hits aren't in between.
   // The rays of several components note nothing for their neighbours, nor do they know of gradients
   // between them; masks end without a warning.
-  const bool smooth = variant.Components == 1 && !variant.GradientOpacity && !variant.Masked &&
-    !request.Nearest && !request.ShowLevel && !request.ShowSamples && !request.HitOpacity &&
-    request.Tolerance > 0 && request.Blend.Kind == BlendKind::Composite;
+  const bool smooth = RunFromBegin(request) && variant.Components == 1 &&
+    !variant.GradientOpacity && !variant.Masked && !request.Nearest && !request.ShowLevel &&
+    !request.ShowSamples && !request.HitOpacity && request.Tolerance > 0 &&
+    request.Blend.Kind == BlendKind::Composite;
   return smooth && view.IsNative()
     ? FirstLatticeStage(parameters, intervals, limits, request.LatticeStages)
     : 0;
 }
 } // namespace
 
+namespace
+{
+// Of a frame and of one stretch more.
+FrameStatistics Together(const FrameStatistics& before, FrameStatistics stretch)
+{
+  stretch.Converged = stretch.Converged && before.Converged;
+  stretch.TimedOut = stretch.TimedOut || before.TimedOut;
+  stretch.Aborted = stretch.Aborted || before.Aborted;
+  stretch.Tolerance = std::max(stretch.Tolerance, before.Tolerance);
+  stretch.Passes += before.Passes;
+  stretch.Samples += before.Samples;
+  stretch.EvaluatedSamples += before.EvaluatedSamples;
+  stretch.ContributingSamples += before.ContributingSamples;
+  stretch.Gradients += before.Gradients;
+  stretch.Visits += before.Visits;
+  return stretch;
+}
+} // namespace
+
 Status VolumeEngine::Render(const FrameRequest& request)
 {
-  // What tells which prop a pixel belongs to is no frame.
-  struct Keeper
+  const FrameStatistics before = this->Frame;
+  const Status status = this->Draw(request);
+  if (request.Final.PropColor)
   {
-    FrameStatistics& Frame;
-    FrameStatistics Before;
-    bool On;
-    ~Keeper()
-    {
-      if (this->On)
-      {
-        this->Frame = this->Before;
-      }
-    }
-  } const keeper{ this->Frame, this->Frame, request.Final.PropColor.has_value() };
-  const std::uint64_t draws = this->Frame.Draws + 1;
-  this->Frame = {};
-  this->Frame.Draws = draws;
-  this->Operations_ = 0;
-  const GLStateGuard guard;
-  this->RetryInTime(request);
+    this->Frame = before; // what tells which prop a pixel belongs to is no frame
+  }
+  else if (request.Continues)
+  {
+    this->Frame = Together(before, this->Frame);
+  }
+  return status;
+}
+
+Result<ViewState*> VolumeEngine::PrepareView(const FrameRequest& request)
+{
   if (Status status = this->Prepare(request); !status)
   {
     return status;
-  }
-  Result<ViewGeometry> geometry = ViewGeometry::Make(this->Source_->Info().Layout, request.Camera);
-  if (!geometry)
-  {
-    return geometry.GetStatus();
   }
   std::unique_ptr<ViewState>& view = this->Views[request.View];
   if (!view)
@@ -690,7 +724,8 @@ Status VolumeEngine::Render(const FrameRequest& request)
     view = std::make_unique<ViewState>();
   }
   if (!view->Resize(this->Memory_, request.Camera.Width, request.Camera.Height, this->Plan_,
-        request.ErrorEstimate || request.ShowSamples, request.HitOpacity.has_value()))
+        request.ErrorEstimate || request.ShowSamples, request.HitOpacity.has_value(),
+        request.IsStretch))
   {
     view->Release();
     return Status(StatusCode::ResourceExhausted,
@@ -699,10 +734,79 @@ Status VolumeEngine::Render(const FrameRequest& request)
         " pixels.");
   }
   view->CountsSamples = request.ShowSamples;
+  return view.get();
+}
+
+Result<GLuint> VolumeEngine::PrepareStretch(const FrameRequest& request)
+{
+  const GLStateGuard guard;
+  Result<ViewState*> view = this->PrepareView(request);
+  if (!view)
+  {
+    return view.GetStatus();
+  }
+  return view.Value()->Peel.Id();
+}
+
+GLuint VolumeEngine::StretchColors(const void* view, bool keep)
+{
+  const auto found = this->Views.find(view);
+  if (found == this->Views.end() || !found->second->HasPeels())
+  {
+    return 0;
+  }
+  ViewState& state = *found->second;
+  const GLStateGuard guard;
+  RayMarcher::UpdateColor(state);
+  if (keep)
+  {
+    glCopyImageSubData(state.Color.Id(), GL_TEXTURE_2D, 0, 0, 0, 0, state.Peel.Id(), GL_TEXTURE_2D,
+      0, 0, 0, 0, state.Width(), state.Height(), 1);
+    return state.Peel.Id();
+  }
+  return state.Color.Id();
+}
+
+// Coarser steps while frames take too long, exact ones again when there is time.
+void VolumeEngine::ChooseLooseness(const FrameRequest& request)
+{
+  if (!request.Continues)
+  {
+    if (this->Budget > 0)
+    {
+      this->Looseness = this->Spent > this->Budget ? std::min(this->Looseness * 4, 4096.0)
+        : this->Spent < 0.5 * this->Budget         ? std::max(this->Looseness / 2, 1.0)
+                                                   : this->Looseness;
+    }
+    this->Spent = 0;
+    this->Budget = 0;
+  }
   if (request.Converge)
   {
     this->Looseness = 1;
   }
+}
+
+Status VolumeEngine::Draw(const FrameRequest& request)
+{
+  const std::uint64_t draws = this->Frame.Draws + 1;
+  this->Frame = {};
+  this->Frame.Draws = draws;
+  this->Operations_ = 0;
+  const GLStateGuard guard;
+  this->RetryInTime(request);
+  Result<ViewState*> prepared = this->PrepareView(request);
+  if (!prepared)
+  {
+    return prepared.GetStatus();
+  }
+  ViewState* const view = prepared.Value();
+  Result<ViewGeometry> geometry = ViewGeometry::Make(this->Source_->Info().Layout, request.Camera);
+  if (!geometry)
+  {
+    return geometry.GetStatus();
+  }
+  this->ChooseLooseness(request);
   MarchParameters& parameters = geometry.Value().Parameters;
   this->FillParameters(request, parameters);
   this->Frame.Tolerance = request.Tolerance * this->Looseness;
@@ -716,7 +820,7 @@ Status VolumeEngine::Render(const FrameRequest& request)
       request.Camera.Width, request.Camera.Height);
     parameters.Normal = geometry.Value().ViewNormal;
   }
-  geometry.Value().Intervals.HasDepth = request.UseDepth;
+  geometry.Value().Intervals.HasDepth = request.UseDepth || request.Depths;
   geometry.Value().Intervals.Far = std::min(geometry.Value().Intervals.Far,
     static_cast<float>(request.EndDepth - geometry.Value().DepthOrigin));
   view->Geometry = request.HitOpacity ? std::make_shared<ViewGeometry>(geometry.Value()) : nullptr;
@@ -763,8 +867,9 @@ Status VolumeEngine::Render(const FrameRequest& request)
       slice[i] = static_cast<float>((*request.SliceDepths)[i] - geometry.Value().DepthOrigin);
     }
   }
-  Status status = this->Marcher->Begin(
-    *view, parameters, geometry.Value().Intervals, geometry.Value().Planes, slice, lattice);
+  Status status =
+    this->Marcher->Begin(*view, parameters, geometry.Value().Intervals, geometry.Value().Planes,
+      slice, request.Depths ? request.Depths->Begin : std::vector<float>(), lattice);
   if (status)
   {
     status = this->RunPasses(request, *view, parameters, geometry.Value().Order);
@@ -772,16 +877,16 @@ Status VolumeEngine::Render(const FrameRequest& request)
   view->Native.FillDeferred();
   if (status && this->Frame.Converged)
   {
-    view->Complete = key;
+    if (RunFromBegin(request))
+    {
+      view->Complete = key;
+    }
     this->StartReadAhead(request, geometry.Value().Order);
   }
   if (!request.Converge && request.TimeBudget > 0)
   {
-    // Coarser steps while frames take too long, exact ones again when there is time.
-    const double took = Now() - start;
-    this->Looseness = took > request.TimeBudget ? std::min(this->Looseness * 4, 4096.0)
-      : took < 0.5 * request.TimeBudget         ? std::max(this->Looseness / 2, 1.0)
-                                                : this->Looseness;
+    this->Spent += Now() - start;
+    this->Budget = request.TimeBudget;
   }
   if (status && request.Blend.Kind != BlendKind::Composite)
   {

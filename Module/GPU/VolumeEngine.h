@@ -53,6 +53,13 @@ struct EngineSettings
   std::optional<std::uint64_t> ShuffleSeed; ///< for tests of arrival orders
 };
 
+/// Where the rays of a picture run, as the depth buffer counts depth (0..1), rows from the bottom.
+struct RayDepths
+{
+  std::vector<float> Begin; ///< empty: all at the near plane
+  std::vector<float> End; ///< 1: at the far plane; where it isn't behind the begin, there is no ray
+};
+
 /// One picture of one volume in one view.
 struct FrameRequest
 {
@@ -63,6 +70,11 @@ struct FrameRequest
   int Y = 0;
   double EndDepth = std::numeric_limits<double>::infinity(); ///< view depth where rays end, too
   bool UseDepth = true; ///< rays end at the frame buffer's depth; else nothing reads it
+  std::shared_ptr<const RayDepths> Depths; ///< instead of the frame buffer's depth
+  /// A stretch of the rays of a frame that is drawn in several; and one that isn't the first. Their
+  /// statistics, what they ask for and the time that they take are the frame's together.
+  bool IsStretch = false;
+  bool Continues = false;
   bool Nearest = false;
   bool Shade = false;
   std::array<float, 4> Material{ 0, 1, 0, 1 };
@@ -156,6 +168,12 @@ public:
 
   /// GL. Draws one frame. Errors leave the frame buffer untouched.
   Status Render(const FrameRequest& request);
+  /// GL. Makes what Render() needs for a stretch, without drawing. Returns a texture (RGBA32F, one
+  /// texel per pixel) that is the caller's until StretchColors() keeps something.
+  Result<GLuint> PrepareStretch(const FrameRequest& request);
+  /// GL. The texture with the colours of the last frame of a view that was a stretch (premultiplied
+  /// colour, transmittance): the next one of that view overwrites it, except where `keep`.
+  GLuint StretchColors(const void* view, bool keep);
   /// GL. The accumulators of the last frame of a view: premultiplied rgb and opacity, rows from the
   /// bottom, 4 floats per pixel. Empty if there are none.
   std::vector<float> ReadColors(const void* view, int& width, int& height);
@@ -170,6 +188,12 @@ public:
   /// was drawn for; it ends where that one's rays ended at opaque geometry. Converges; leaves
   /// pictures and statistics of frames as they are.
   Result<FirstHits> DrawOneRay(const FrameRequest& request, int x, int y, double opacity);
+  /// GL. Of all rays of a picture; else as DrawOneRay().
+  Result<FirstHits> DrawHits(const FrameRequest& request, double opacity);
+  /// GL. Puts pixels (RGBA, rows from the bottom) of a picture into the frame buffer of its
+  /// request, those with an alpha of 0 excepted. The frame buffer has 8 bits and one sample.
+  void PutPixels(
+    const FrameRequest& request, const std::vector<std::array<std::uint8_t, 4>>& pixels);
   /// GL. Frees everything that lives in the context.
   void ReleaseGraphics();
   /// Forgets it: that context doesn't exist any more.
@@ -219,7 +243,10 @@ public:
   std::uint64_t Operations() const { return this->Operations_; }
 
 private:
+  Status Draw(const FrameRequest& request);
   Status Prepare(const FrameRequest& request);
+  Result<ViewState*> PrepareView(const FrameRequest& request);
+  void ChooseLooseness(const FrameRequest& request);
   Status PrepareAtlas(const FrameRequest& request);
   void PinCoarsest(const std::optional<VoxelBox>& block);
   void RecordBricks(const Feedback& feedback);
@@ -259,6 +286,7 @@ private:
   float LargestExtinction() const;
   Status PrepareTables(const FrameRequest& request);
   double OpaqueDepth(const FrameRequest& request, int x, int y) const;
+  Result<FirstHits> DrawAside(FrameRequest request, double opacity);
   std::uint64_t FixedBytes(const ViewState* except, int width, int height) const;
 
   GPUMemory Memory_; // outlives everything that reports to it
@@ -298,8 +326,10 @@ private:
   /// The shares of the tolerance (MarchParameters::Step) of the last frame with an estimate.
   MarchParameters::Vec EstimateStep{};
   bool EstimateKnown = false; ///< it had steps that know their error
-  char OneRay = 0;            ///< its address is the view of DrawOneRay()
+  char Aside = 0;             ///< its address is the view of DrawOneRay() and DrawHits()
   double Looseness = 1;       ///< factor of the tolerance while frames must be fast
+  double Spent = 0;           ///< seconds that the frame has taken
+  double Budget = 0;          ///< for it; 0: none
   std::shared_ptr<BrickSeries> Series;
   std::shared_ptr<StepVolume> Current; ///< whose Source is Source_
   /// Other steps of the series, the one that was shown longest ago first.

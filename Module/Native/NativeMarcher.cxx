@@ -6,10 +6,12 @@
 #include "SharedLayout.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <omp.h>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 
@@ -357,6 +359,57 @@ std::vector<std::uint32_t> Indices(const std::vector<std::uint8_t>& used)
 }
 } // namespace
 
+namespace
+{
+// `samples`: see NativeMarcher::DrawPass(). `part`: left, bottom, right, top.
+void DrawPart(const NativeKernel& kernel, const NativeScene& scene, const std::array<int, 4>& part,
+  NativeReport& report, float* samples)
+{
+  if (samples != nullptr)
+  {
+    DrawPixels(kernel, scene, part[0], part[1], part[2], part[3], report, samples);
+  }
+  else
+  {
+    kernel(scene, part[0], part[1], part[2], part[3], report);
+  }
+}
+
+// A part of a picture whose rays begin at depths of their own: behind a plane each, that clips.
+// Neighbours with the same depth are drawn together.
+void DrawFromBegins(const NativeKernel& kernel, NativeScene scene, const std::vector<float>& begins,
+  const std::array<int, 4>& part, NativeReport& report, float* samples)
+{
+  constexpr std::size_t plane = std::tuple_size_v<PlaneAlongRays>;
+  std::vector<float> planes(
+    scene.Planes, scene.Planes + plane * static_cast<std::size_t>(scene.NumberOfPlanes));
+  planes.resize(planes.size() + plane, 0.0f);
+  float* const own = planes.data() + planes.size() - plane;
+  own[4] = 1;
+  scene.Planes = planes.data();
+  ++scene.NumberOfPlanes;
+  const std::array<float, 4>& v = scene.Intervals->DepthToView;
+  for (int y = part[1]; y < part[3]; ++y)
+  {
+    const float* const row =
+      begins.data() + static_cast<std::size_t>(y) * static_cast<std::size_t>(scene.Width);
+    for (int x = part[0]; x < part[2];)
+    {
+      const float begin = row[x];
+      int next = x + 1;
+      while (next < part[2] && row[next] == begin)
+      {
+        ++next;
+      }
+      own[0] = begin > 0 ? -((v[0] + v[1] * begin) / (v[2] + v[3] * begin))
+                         : std::numeric_limits<float>::max();
+      DrawPart(kernel, scene, { x, y, next, y + 1 }, report, samples);
+      x = next;
+    }
+  }
+}
+} // namespace
+
 NativeMarcher::NativeMarcher()
   : Kernel(ChooseNativeKernel())
   , Refiner(ChooseNativeRefiner())
@@ -368,7 +421,7 @@ NativeMarcher::NativeMarcher()
 }
 
 PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::uint32_t pageBlocks,
-  std::vector<std::uint32_t>& tiles, float* samples)
+  std::vector<std::uint32_t>& tiles, float* samples, const std::vector<float>& begins)
 {
   this->UsedSlots.assign(slots, 0);
   this->UsedBlocks.assign(pageBlocks, 0);
@@ -395,15 +448,15 @@ PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::
       const int y = static_cast<int>(tiles[i] >> 16) * edge;
       reports[i].Request = &Requests::Add;
       reports[i].Context = &mine;
-      const int right = std::min(x + edge, scene.Width);
-      const int top = std::min(y + edge, scene.Height);
-      if (samples != nullptr)
+      const std::array<int, 4> part{ x, y, std::min(x + edge, scene.Width),
+        std::min(y + edge, scene.Height) };
+      if (begins.empty())
       {
-        DrawPixels(kernel, scene, x, y, right, top, reports[i], samples);
+        DrawPart(kernel, scene, part, reports[i], samples);
       }
       else
       {
-        kernel(scene, x, y, right, top, reports[i]);
+        DrawFromBegins(kernel, scene, begins, part, reports[i], samples);
       }
     }
 #pragma omp critical(TeravoxRequests)

@@ -23,6 +23,7 @@ struct NativeView
   std::vector<float> Color;           ///< premultiplied colour, transmittance
   std::vector<std::int32_t> Position; ///< brick; level | interval << 8 | status << 16
   std::vector<float> Depth;           ///< opaque depth, 0..1
+  std::vector<float> Begin;           ///< where rays begin, 0..1; empty: at the near plane
   std::vector<float> Error;           ///< what the colour may be off; empty if nobody asks
   /// Of a picture that is interpolated between rays (ImageLattice.h): see NativeScene.
   std::vector<std::uint8_t> Lattice;
@@ -74,9 +75,11 @@ public:
   NativeMarcher();
   /// One pass over tiles (x | y << 16, of TILE_SIZE pixels); afterwards `tiles` are those in which
   /// a ray is still under way. `scene` comes without the stamps, which are kept here. `samples`:
-  /// per pixel, those that its ray takes are added there; null: nobody asks.
+  /// per pixel, those that its ray takes are added there; null: nobody asks. `begins`: per pixel
+  /// the depth, 0..1, where its ray begins; empty: at the near plane.
   PassResult DrawPass(NativeScene scene, std::uint32_t slots, std::uint32_t pageBlocks,
-    std::vector<std::uint32_t>& tiles, float* samples = nullptr);
+    std::vector<std::uint32_t>& tiles, float* samples = nullptr,
+    const std::vector<float>& begins = {});
 
   /// After all rays that were cast have ended: interpolates what may be in the stages to come.
   /// Returns those of the tiles in which rays have to be cast; none if the picture is complete.

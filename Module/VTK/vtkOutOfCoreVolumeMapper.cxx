@@ -3,6 +3,7 @@
 #include "vtkOutOfCoreVolumeMapper.h"
 
 #include "ColorAndDepthImage.h"
+#include "DepthPeeling.h"
 #include "InputArray.h"
 #include "MaskInput.h"
 #include "PropertyFunctions.h"
@@ -14,6 +15,7 @@
 #include "VolumeEngine.h"
 #include "VolumePick.h"
 #include "VolumePlace.h"
+#include "VoxelIds.h"
 #include "vtkBlockSplit.h"
 #include "vtkBrickSource.h"
 #include "vtkCallbackCommand.h"
@@ -32,6 +34,7 @@
 #include "vtkLightCollection.h"
 #include "vtkMatrix3x3.h"
 #include "vtkMatrix4x4.h"
+#include "vtkMultiVolume.h"
 #include "vtkNew.h"
 #include "vtkObjectFactory.h"
 #include "vtkOpenGLRenderWindow.h"
@@ -55,6 +58,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <thread>
@@ -92,6 +96,38 @@ double Now()
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+// The mappers that hold memory for what they draw: budgets that nobody set are one for all of them.
+class Drawing
+{
+public:
+  void Add(const void* mapper)
+  {
+    const std::lock_guard<std::mutex> guard(this->Lock);
+    this->Mappers.insert(mapper);
+  }
+  void Remove(const void* mapper)
+  {
+    const std::lock_guard<std::mutex> guard(this->Lock);
+    this->Mappers.erase(mapper);
+  }
+  // The share of each of them, and of this one, too.
+  std::uint64_t ShareOf(const void* mapper, std::uint64_t bytes)
+  {
+    const std::lock_guard<std::mutex> guard(this->Lock);
+    return bytes / (this->Mappers.size() + (this->Mappers.count(mapper) == 0 ? 1 : 0));
+  }
+
+  static Drawing& All()
+  {
+    static Drawing all;
+    return all;
+  }
+
+private:
+  std::mutex Lock;
+  std::set<const void*> Mappers;
+};
+
 } // namespace
 
 class vtkOutOfCoreVolumeMapper::vtkInternals
@@ -99,6 +135,12 @@ class vtkOutOfCoreVolumeMapper::vtkInternals
 public:
   teravox::VolumeEngine Engine;
   teravox::SliceDepths Slice;
+  teravox::DepthPeeling Peeling;
+  // A frame that is drawn in stretches is complete when its renderer says so.
+  vtkNew<vtkCallbackCommand> FrameEnds;
+  vtkWeakPointer<vtkRenderer> FrameOf;
+  unsigned long FrameTag = 0;
+  void FinishFrame(vtkOutOfCoreVolumeMapper* mapper);
   vtkSmartPointer<vtkBrickSource> Explicit;
   vtkSmartPointer<vtkTrivialProducer> StandIn; // input for volumes that come from SetBrickSource()
   bool UsesStandIn = false;
@@ -218,16 +260,28 @@ vtkOutOfCoreVolumeMapper::vtkOutOfCoreVolumeMapper()
       static_cast<vtkOutOfCoreVolumeMapper*>(mapper)->ReleaseGraphicsResources(
         vtkWindow::SafeDownCast(window));
     });
+  this->Internals->FrameEnds->SetClientData(this);
+  this->Internals->FrameEnds->SetCallback(
+    [](vtkObject*, unsigned long, void* mapper, void*)
+    {
+      auto* self = static_cast<vtkOutOfCoreVolumeMapper*>(mapper);
+      self->Internals->FinishFrame(self);
+    });
   this->NumberOfLoaderThreads =
     static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 8u));
 }
 
 vtkOutOfCoreVolumeMapper::~vtkOutOfCoreVolumeMapper()
 {
+  if (this->Internals->FrameOf)
+  {
+    this->Internals->FrameOf->RemoveObserver(this->Internals->FrameTag);
+  }
   if (this->Internals->Window)
   {
     this->vtkOutOfCoreVolumeMapper::ReleaseGraphicsResources(this->Internals->Window);
   }
+  Drawing::All().Remove(this);
 }
 
 void vtkOutOfCoreVolumeMapper::PrintSelf(ostream& os, vtkIndent indent)
@@ -486,6 +540,7 @@ void vtkOutOfCoreVolumeMapper::ReleaseGraphicsResources(vtkWindow* window)
   }
   in.Window->RemoveObserver(in.WindowTag);
   in.Window = nullptr;
+  Drawing::All().Remove(this);
   in.LastView = nullptr;
   in.LastRenderer = nullptr;
   in.Shown_.clear();
@@ -504,14 +559,16 @@ vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetEffectiveGPUMemoryBudget()
       static_cast<double>(this->MaxMemoryInBytes) * static_cast<double>(this->MaxMemoryFraction));
   }
   constexpr vtkTypeUInt64 unknown = vtkTypeUInt64{ 1 } << 30;
+  const auto shared = [this](vtkTypeUInt64 bytes)
+  { return vtkTypeUInt64{ Drawing::All().ShareOf(this, bytes) }; };
   if (!this->Internals->Window)
   {
-    return unknown;
+    return shared(unknown);
   }
   this->Internals->Window->MakeCurrent();
   if (teravox::IsSoftwareRenderer())
   {
-    return MainMemory() / 4;
+    return shared(MainMemory() / 4);
   }
   GLint kibibytes[4] = { 0, 0, 0, 0 };
   while (glGetError() != GL_NO_ERROR)
@@ -526,12 +583,14 @@ vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetEffectiveGPUMemoryBudget()
       kibibytes[0] = 0;
     }
   }
-  return kibibytes[0] > 0 ? static_cast<vtkTypeUInt64>(kibibytes[0]) * 1024 / 4 * 3 : unknown;
+  return shared(
+    kibibytes[0] > 0 ? static_cast<vtkTypeUInt64>(kibibytes[0]) * 1024 / 4 * 3 : unknown);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetEffectiveHostMemoryBudget()
 {
-  return this->HostMemoryBudget != 0 ? this->HostMemoryBudget : MainMemory() / 4;
+  return this->HostMemoryBudget != 0 ? this->HostMemoryBudget
+                                     : Drawing::All().ShareOf(this, MainMemory() / 4);
 }
 
 namespace
@@ -587,6 +646,7 @@ std::vector<std::string> FindUnsupported(
       m->GetBlendMode() > vtkVolumeMapper::SLICE_BLEND,
     "BlendMode");
   const bool masked = HasMask(m, p);
+  check(m->GetInputCount() > 1, "SetInputConnection of a port other than 0");
   check(masked && components > 1, "MaskInput with components");
   check(HasLabelMask(m, p) && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND,
     "MaskTypeToLabelMap with BlendMode");
@@ -806,6 +866,33 @@ bool MayMeetGeometry(vtkRenderer* ren, vtkVolume* vol)
 }
 } // namespace
 
+namespace
+{
+// A pass of hardware selection that asks for the numbers of points or cells, in two parts.
+struct IdPass
+{
+  teravox::VoxelIdKind Kind;
+  int Shift;
+};
+
+std::optional<IdPass> IdPassOf(vtkHardwareSelector* selector)
+{
+  switch (selector ? selector->GetCurrentPass() : vtkHardwareSelector::ACTOR_PASS)
+  {
+    case vtkHardwareSelector::POINT_ID_LOW24:
+      return IdPass{ teravox::VoxelIdKind::Points, 0 };
+    case vtkHardwareSelector::POINT_ID_HIGH24:
+      return IdPass{ teravox::VoxelIdKind::Points, 24 };
+    case vtkHardwareSelector::CELL_ID_LOW24:
+      return IdPass{ teravox::VoxelIdKind::Cells, 0 };
+    case vtkHardwareSelector::CELL_ID_HIGH24:
+      return IdPass{ teravox::VoxelIdKind::Cells, 24 };
+    default:
+      return std::nullopt;
+  }
+}
+} // namespace
+
 void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
 {
   vtkInternals& in = *this->Internals;
@@ -816,9 +903,10 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     return;
   }
   vtkHardwareSelector* selector = ren->GetSelector();
-  if (selector && selector->GetCurrentPass() != vtkHardwareSelector::ACTOR_PASS)
+  const std::optional<IdPass> ids = IdPassOf(selector);
+  if (selector && !ids && selector->GetCurrentPass() != vtkHardwareSelector::ACTOR_PASS)
   {
-    return; // a volume has a prop's id only
+    return; // it asks for what volumes don't have
   }
   const auto fail = [&](const std::string& message)
   {
@@ -829,6 +917,12 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
       vtkErrorMacro(<< message);
     }
   };
+  if (vtkMultiVolume::SafeDownCast(vol))
+  {
+    fail("vtkMultiVolume, several volumes drawn by one mapper, isn't supported by out-of-core "
+         "rendering, and nothing is drawn: give each volume a vtkVolume and a mapper of its own.");
+    return;
+  }
   const double began = Now();
   if (!selector)
   {
@@ -902,6 +996,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   if (!in.Window)
   {
     in.Window = window;
+    Drawing::All().Add(this);
     in.WindowTag = window->AddObserver(vtkCommand::DeleteEvent, in.WindowGoes);
     in.ContextTime = window->GetContextCreationTime();
   }
@@ -1056,6 +1151,36 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   GLint framebuffer = 0;
   glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &framebuffer);
   request.Framebuffer = static_cast<GLuint>(framebuffer);
+  if (ids)
+  {
+    const teravox::Int3& voxels = drawn.Source->Info().Layout.Dimensions(0);
+    const std::int64_t count = teravox::NumberOfIds(voxels, drawn.CellData, ids->Kind);
+    if (count >= std::int64_t{ 1 } << 48)
+    {
+      if (in.Warned.insert("VoxelIds").second)
+      {
+        vtkWarningMacro("Hardware selection has 48 bits for the numbers of points and cells; this "
+                        "volume has more voxels, and is selected as a whole.");
+      }
+      return;
+    }
+    selector->BeginRenderProp();
+    ids->Kind == teravox::VoxelIdKind::Points ? selector->UpdateMaximumPointId(count)
+                                              : selector->UpdateMaximumCellId(count);
+    const auto hits =
+      in.Engine.DrawHits(request, static_cast<double>(teravox::Composition().PropOpacity));
+    if (hits)
+    {
+      in.Engine.PutPixels(
+        request, teravox::EncodeIds(hits.Value(), request, voxels, ids->Kind, ids->Shift));
+    }
+    selector->EndRenderProp();
+    if (!hits)
+    {
+      fail(hits.GetStatus().Message());
+    }
+    return;
+  }
   if (selector)
   {
     std::array<float, 3> color{};
@@ -1064,7 +1189,16 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     request.Final.PropColor = color;
     request.Show = true;
   }
-  const teravox::Status status = in.Engine.Render(request);
+  vtkDualDepthPeelingPass* peeling = selector ? nullptr : teravox::DepthPeeling::PassOf(vol);
+  const teravox::Status status = peeling
+    ? in.Peeling.Draw(in.Engine, request, peeling, this, vol, window)
+    : in.Engine.Render(request);
+  if (peeling)
+  {
+    // Its targets begin at their lower left corner, wherever the viewport lies.
+    int size[2];
+    ren->GetTiledSizeAndOrigin(&size[0], &size[1], &request.X, &request.Y);
+  }
   if (selector)
   {
     selector->EndRenderProp();
@@ -1095,38 +1229,61 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   {
     return;
   }
-  const teravox::FrameStatistics& frame = in.Engine.LastFrame();
-  if (frame.TimedOut)
+  if (in.Engine.LastFrame().TimedOut)
   {
     vtkWarningMacro(
       "The picture isn't complete: for " << this->ConvergeTimeout << " s no brick has come.");
   }
-  if (in.FirstPicture == 0)
+  this->TimeToDraw = Now() - began;
+  if (!peeling)
   {
-    in.FirstPicture = Now() - in.SourceTime;
+    in.FinishFrame(this);
+  }
+  else if (in.Peeling.IsFirst() && in.FrameOf != ren)
+  {
+    if (in.FrameOf)
+    {
+      in.FrameOf->RemoveObserver(in.FrameTag);
+    }
+    in.FrameOf = ren;
+    in.FrameTag = ren->AddObserver(vtkCommand::EndEvent, in.FrameEnds);
+  }
+  this->InvokeEvent(vtkCommand::VolumeMapperRenderEndEvent, nullptr);
+}
+
+// Tells who waits for it how complete the picture is.
+void vtkOutOfCoreVolumeMapper::vtkInternals::FinishFrame(vtkOutOfCoreVolumeMapper* mapper)
+{
+  if (this->FrameOf)
+  {
+    this->FrameOf->RemoveObserver(this->FrameTag);
+    this->FrameOf = nullptr;
+  }
+  const teravox::FrameStatistics& frame = this->Engine.LastFrame();
+  if (this->FirstPicture == 0)
+  {
+    this->FirstPicture = Now() - this->SourceTime;
   }
   if (frame.Converged)
   {
-    in.ReportedFailures.clear();
-    if (in.ConvergedAfter == 0)
+    this->ReportedFailures.clear();
+    if (this->ConvergedAfter == 0)
     {
-      in.ConvergedAfter = Now() - in.SourceTime;
+      this->ConvergedAfter = Now() - this->SourceTime;
     }
-    if (!in.WasConverged)
+    if (!this->WasConverged)
     {
-      in.WasConverged = true;
-      this->InvokeEvent(ConvergedEvent, nullptr);
+      this->WasConverged = true;
+      mapper->InvokeEvent(ConvergedEvent, nullptr);
     }
   }
   else
   {
-    in.WasConverged = false;
+    this->WasConverged = false;
   }
-  teravox::RefinementBoard::Post(window,
-    { frame.Converged, this->GetNumberOfFailedBricks() + this->GetNumberOfFailedPageBlocks() > 0,
-      frame.MissingBricks, this->GetNumberOfBricksLoaded() });
-  this->TimeToDraw = Now() - began;
-  this->InvokeEvent(vtkCommand::VolumeMapperRenderEndEvent, nullptr);
+  const bool failed = this->Engine.FailedBricks() + this->Engine.FailedPageBlocks() > 0;
+  teravox::RefinementBoard::Post(
+    this->Window, { frame.Converged, failed, frame.MissingBricks, this->Engine.BricksLoaded() });
 }
 
 bool vtkOutOfCoreVolumeMapper::IsConverged()

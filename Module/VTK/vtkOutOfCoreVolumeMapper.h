@@ -91,7 +91,8 @@ public:
    * Hard limits in bytes. GPU: atlas, page table, ray states and all else that is allocated in the
    * context; 0 (default) means 75 % of what the driver reports, a quarter of the main memory with a
    * software renderer, else 1 GiB; an explicit SetMaxMemoryInBytes() wins over that default. Host:
-   * bricks, chunks and reads under way; 0 (default) means a quarter of the main memory.
+   * bricks, chunks and reads under way; 0 (default) means a quarter of the main memory. Defaults
+   * are for all mappers that draw together: each has an equal share.
    */
   vtkSetMacro(GPUMemoryBudget, vtkTypeUInt64);
   vtkGetMacro(GPUMemoryBudget, vtkTypeUInt64);
@@ -433,7 +434,8 @@ public:
 
   /**
    * Copies the accumulators of the last frame, before the one blend into the frame buffer:
-   * premultiplied RGBA as float. Returns false if there are none.
+   * premultiplied RGBA as float. Returns false if there are none. Where depth peeling draws the
+   * volume in stretches between translucent geometry, those of the stretch that was drawn last.
    */
   bool GetColorAccumulator(vtkImageData* image);
 

@@ -19,6 +19,7 @@
 #include <vtkCommand.h>
 #include <vtkCubeSource.h>
 #include <vtkDataArray.h>
+#include <vtkDataObject.h>
 #include <vtkHardwareSelector.h>
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
@@ -464,6 +465,114 @@ TEST(HardwareSelection, FindsThePropThatVTKFinds)
       EXPECT_TRUE(AreImagesIdentical(picture, stage.Draw()));
       EXPECT_EQ(stage.Mapper->GetNumberOfPasses(), 0u);
     }
+  }
+}
+
+namespace
+{
+// The ids that hardware selection finds per pixel of a stage, -1 without one.
+std::vector<vtkIdType> SelectedIds(Stage& stage, int association)
+{
+  vtkNew<vtkHardwareSelector> selector;
+  selector->SetRenderer(stage.Renderer);
+  selector->SetArea(0, 0, static_cast<unsigned int>(stage.Width() - 1),
+    static_cast<unsigned int>(stage.Height() - 1));
+  selector->SetFieldAssociation(association);
+  EXPECT_TRUE(selector->CaptureBuffers());
+  std::vector<vtkIdType> ids;
+  for (unsigned int y = 0; y < static_cast<unsigned int>(stage.Height()); ++y)
+  {
+    for (unsigned int x = 0; x < static_cast<unsigned int>(stage.Width()); ++x)
+    {
+      const unsigned int at[2] = { x, y };
+      const vtkHardwareSelector::PixelInformation pixel = selector->GetPixelInformation(at);
+      ids.push_back(pixel.Valid && pixel.Prop == stage.Volume ? pixel.AttributeID : -1);
+    }
+  }
+  return ids;
+}
+} // namespace
+
+// The numbers of the points and cells that Pick() finds at the pixels' centres, in images of points
+// and of cells.
+TEST(HardwareSelection, FindsPointsAndCells)
+{
+  for (const bool cellData : { false, true })
+  {
+    ImageOptions options;
+    options.CellData = cellData;
+    options.Spacing = { 1, 1.3, 0.8 };
+    Stage stage(32, 32);
+    const auto image = MakeImage(options);
+    stage.SetImage(image);
+    if (cellData)
+    {
+      stage.Mapper->SetScalarModeToUseCellData();
+    }
+    stage.SetTransfer(MakeTransfer(OpacityShape::Ramp));
+    stage.Look({ 0.4, 1, -0.3 }, 1);
+    const std::vector<float> picture = stage.Draw();
+    for (const bool points : { true, false })
+    {
+      const std::vector<vtkIdType> ids = SelectedIds(stage,
+        points ? vtkDataObject::FIELD_ASSOCIATION_POINTS : vtkDataObject::FIELD_ASSOCIATION_CELLS);
+      int found = 0;
+      int others = 0;
+      for (int i = 0; i < 32 * 32; i += 7)
+      {
+        const bool there =
+          stage.Mapper->Pick(stage.Renderer, i % 32 + 0.5, i / 32 + 0.5, 3.0 / 255);
+        const vtkIdType id = ids[static_cast<std::size_t>(i)];
+        if (!there)
+        {
+          others += id >= 0 ? 1 : 0;
+          continue;
+        }
+        ++found;
+        double at[3];
+        image->TransformPhysicalPointToContinuousIndex(stage.Mapper->GetPickPosition(), at);
+        const int* n = image->GetDimensions();
+        vtkIdType should = 0;
+        for (int a = 2; a >= 0; --a)
+        {
+          const int count = points ? n[a] : n[a] - 1;
+          const double place = std::floor(points ? at[a] + 0.5 : at[a]);
+          should = should * count +
+            static_cast<vtkIdType>(std::clamp(place, 0.0, static_cast<double>(count - 1)));
+        }
+        // Where a hit lies at a face, rounding may put it on the other side.
+        others += id != should ? 1 : 0;
+      }
+      std::printf("  %s of %s data: %d found, %d others\n", points ? "points" : "cells",
+        cellData ? "cell" : "point", found, others);
+      EXPECT_GT(found, 15);
+      EXPECT_LE(others, found / 50);
+    }
+    // Selection is no frame.
+    EXPECT_TRUE(AreImagesIdentical(picture, stage.Draw()));
+    EXPECT_EQ(stage.Mapper->GetNumberOfPasses(), 0u);
+  }
+}
+
+// Numbers that don't fit into the 24 bits of one pass.
+TEST(HardwareSelection, FindsCellsOfALargeVolume)
+{
+  Stage stage(24, 24);
+  vtkNew<vtkProceduralVolumeSource> source;
+  source->SetDimensions(700, 700, 700);
+  stage.Mapper->SetInputConnection(source->GetOutputPort());
+  stage.SetTransfer(MakeTransfer(OpacityShape::Fog));
+  stage.LookFrom({ 690, 680, 950 }, { 660, 650, 600 }, 100, 900, 8);
+  stage.Draw();
+  const std::vector<vtkIdType> ids = SelectedIds(stage, vtkDataObject::FIELD_ASSOCIATION_CELLS);
+  ASSERT_TRUE(stage.Mapper->Pick(stage.Renderer, 12.5, 12.5, 3.0 / 255));
+  const double* at = stage.Mapper->GetPickPosition();
+  const vtkIdType id = ids[12 * 24 + 12];
+  EXPECT_GT(id, vtkIdType{ 1 } << 27);
+  const std::array<vtkIdType, 3> cell{ id % 699, id / 699 % 699, id / 699 / 699 };
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    EXPECT_NEAR(static_cast<double>(cell[a]) + 0.5, at[a], 0.501) << a;
   }
 }
 

@@ -1,0 +1,164 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What went wrong in the history of VTK's own mapper, where no other test has it: see the list in
+// README.md. Beside VTK's mapper, or an equality.
+#include "BesideVTK.h"
+#include "MessageRecorder.h"
+#include "vtkOutOfCoreVolumeMapper.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+#include <vtkCommand.h>
+#include <vtkImageData.h>
+#include <vtkMultiVolume.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkTrivialProducer.h>
+#include <vtkVolume.h>
+#include <vtkVolumeProperty.h>
+
+using namespace teravox;
+using namespace teravox::test;
+
+namespace
+{
+void Furnish(Stage& stage, vtkImageData* image)
+{
+  stage.Mapper->SetBrickSize(16);
+  stage.SetImage(image);
+  stage.SetTransfer(MakeTransfer(OpacityShape::Ramp));
+  stage.Look({ 0.4, 1, -0.3 }, 0.8);
+}
+} // namespace
+
+// Neither a function that isn't there nor one that is switched off hides anything.
+TEST(Regressions, NoGradientFunction)
+{
+  Stage stage(48, 48);
+  Furnish(stage, MakeImage({}));
+  const std::vector<float> plain = stage.Draw();
+  stage.Property->SetGradientOpacity(0, nullptr);
+  EXPECT_TRUE(AreImagesIdentical(plain, stage.Draw()));
+  stage.SetGradientOpacity({ { 0, 0 }, { 20, 1 } });
+  EXPECT_GT(CompareImages(plain, stage.Draw()).Max, 0.02) << "a function has to matter";
+  stage.Property->SetDisableGradientOpacity(1);
+  EXPECT_TRUE(AreImagesIdentical(plain, stage.Draw()));
+}
+
+// Light that adds up to more than 1 per channel is cut off in the window, and wraps nowhere.
+TEST(Regressions, ColorOverflow)
+{
+  BesideVTK both({}, 48);
+  Furnish(both.Shown, both.Image);
+  both.Shown.SetTransfer(MakeTransfer(OpacityShape::Wall));
+  both.Shown.SetShade(true);
+  both.Shown.Property->SetAmbient(0.9);
+  both.Shown.Property->SetDiffuse(1);
+  both.Shown.Property->SetSpecular(1);
+  both.Shown.Property->SetSpecularPower(4);
+  const std::vector<float> ours = WithoutAlpha(both.Shown.DrawPicture());
+  const std::vector<float> theirs = WithoutAlpha(both.Shown.DrawPictureWith(both.Theirs));
+  EXPECT_GT(std::count(theirs.begin(), theirs.end(), 1.0f), 200) << "there has to be an overflow";
+  const ImageDifference d = CompareImages(ours, theirs);
+  std::printf("  mean %.3f/255, p99 %.2f/255\n", 255 * d.Mean, 255 * d.Percentile99);
+  EXPECT_LE(d.Mean, 1.0 / 255);
+}
+
+// Two-dimensional functions are warned about by each of several volumes, once.
+TEST(Regressions, TwoDimensionalFunctionsOfSeveralVolumes)
+{
+  Stage stage(48, 48);
+  Stage second(8, 8);
+  vtkNew<MessageRecorder> messages;
+  for (Stage* s : { &stage, &second })
+  {
+    Furnish(*s, MakeImage({}));
+    s->Mapper->AddObserver(vtkCommand::WarningEvent, messages);
+  }
+  stage.Renderer->AddVolume(second.Volume);
+  const std::vector<float> plain = stage.DrawPicture();
+  EXPECT_TRUE(messages->Messages.empty());
+  vtkNew<vtkImageData> table;
+  table->SetDimensions(8, 8, 1);
+  table->AllocateScalars(VTK_FLOAT, 4);
+  for (Stage* s : { &stage, &second })
+  {
+    s->Property->SetTransferFunction2D(table);
+    s->Property->SetTransferFunctionMode(vtkVolumeProperty::TF_2D);
+  }
+  EXPECT_TRUE(AreImagesIdentical(plain, stage.DrawPicture()));
+  EXPECT_TRUE(AreImagesIdentical(plain, stage.DrawPicture()));
+  ASSERT_EQ(messages->Messages.size(), 2u);
+  for (const std::string& text : messages->Messages)
+  {
+    EXPECT_NE(text.find("TransferFunctionMode"), std::string::npos) << text;
+  }
+  stage.Renderer->RemoveVolume(second.Volume);
+}
+
+// Volumes that one mapper draws together are an error by name, and no picture of a part of them.
+TEST(Regressions, MultiVolumesAreAnErrorByName)
+{
+  Stage stage(48, 48);
+  Furnish(stage, MakeImage({}));
+  vtkNew<MessageRecorder> messages;
+  stage.Mapper->AddObserver(vtkCommand::ErrorEvent, messages);
+  const auto image = MakeImage({});
+  vtkNew<vtkTrivialProducer> producer;
+  producer->SetOutput(image);
+  stage.Mapper->SetInputConnection(1, producer->GetOutputPort());
+  vtkNew<vtkVolume> first;
+  vtkNew<vtkVolume> second;
+  first->SetProperty(stage.Property);
+  second->SetProperty(stage.Property);
+  second->SetPosition(10, 0, 0);
+  vtkNew<vtkMultiVolume> both;
+  both->SetVolume(first, 0);
+  both->SetVolume(second, 1);
+  both->SetMapper(stage.Mapper);
+  stage.Renderer->RemoveVolume(stage.Volume);
+  stage.Renderer->AddVolume(both);
+  for (int frame = 0; frame < 2; ++frame)
+  {
+    for (const float c : WithoutAlpha(stage.DrawPicture()))
+    {
+      ASSERT_EQ(c, 0.0f);
+    }
+  }
+  ASSERT_EQ(messages->Messages.size(), 1u) << "once, not with every frame";
+  EXPECT_NE(messages->Messages[0].find("vtkMultiVolume"), std::string::npos);
+  stage.Renderer->RemoveVolume(both);
+  both->SetMapper(nullptr);
+}
+
+// Budgets that nobody set are one for all mappers that draw.
+TEST(Regressions, AutomaticBudgetsAreShared)
+{
+  Stage stage(32, 32);
+  Furnish(stage, MakeImage({}));
+  stage.Mapper->SetGPUMemoryBudget(0);
+  stage.Mapper->SetHostMemoryBudget(0);
+  stage.Draw();
+  const auto gpu = stage.Mapper->GetEffectiveGPUMemoryBudget();
+  const auto host = stage.Mapper->GetEffectiveHostMemoryBudget();
+  const std::vector<float> alone = stage.Accumulator();
+  {
+    Stage second(32, 32);
+    Furnish(second, MakeImage({}));
+    second.Mapper->SetGPUMemoryBudget(0);
+    second.Mapper->SetHostMemoryBudget(0);
+    EXPECT_EQ(second.Mapper->GetEffectiveHostMemoryBudget(), host / 2);
+    EXPECT_EQ(stage.Mapper->GetEffectiveHostMemoryBudget(), host) << "it hasn't drawn";
+    second.Draw();
+    EXPECT_EQ(stage.Mapper->GetEffectiveGPUMemoryBudget(), gpu / 2);
+    EXPECT_EQ(second.Mapper->GetEffectiveGPUMemoryBudget(), gpu / 2);
+    EXPECT_EQ(stage.Mapper->GetEffectiveHostMemoryBudget(), host / 2);
+    EXPECT_TRUE(AreImagesIdentical(alone, stage.Draw()));
+  }
+  EXPECT_EQ(stage.Mapper->GetEffectiveGPUMemoryBudget(), gpu);
+  EXPECT_EQ(stage.Mapper->GetEffectiveHostMemoryBudget(), host);
+}

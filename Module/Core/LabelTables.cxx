@@ -10,9 +10,12 @@ namespace teravox
 
 namespace
 {
-// Many tables have fewer nodes each: together about as many as 256 tables of usual size.
+// Few tables have as many nodes as the closest knots of any of them need; many have fewer: together
+// about as many as 256 tables of usual size.
+constexpr std::size_t Few = 16;
 constexpr std::size_t MostIntervals = std::size_t{ 1 } << 20;
 constexpr std::size_t LeastIntervals = 256;
+constexpr std::size_t UsualIntervals = 4096;
 
 // What may be met of one table or the other.
 void Include(TransferTable& all, const TransferTable& table)
@@ -85,8 +88,12 @@ std::vector<TransferTable> BuildLabelTables(
   }
   std::sort(knots.begin(), knots.end());
   knots.erase(std::unique(knots.begin(), knots.end()), knots.end());
+  if (functions.size() > Few && knots.size() > 2)
+  {
+    knots = { knots.front(), knots.back() };
+  }
   const auto fewest = static_cast<int>(
-    std::max(LeastIntervals, std::min<std::size_t>(4096, MostIntervals / functions.size())));
+    std::max(LeastIntervals, std::min(UsualIntervals, MostIntervals / functions.size())));
   std::vector<TransferTable> tables(1);
   for (TransferFunction& one : functions)
   {

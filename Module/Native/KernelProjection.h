@@ -178,6 +178,13 @@ inline bool SkipsRange(Context& c, bool none, float from, float to)
         LoseSide(c);
         return true;
       }
+#if TERAVOX_MASK
+      // A ray may meet nothing but holes of a region: it tells the side of no ray.
+      if (p.Side < 0)
+      {
+        return false;
+      }
+#endif
       const std::int32_t side = p.Side >= 0 ? p.Side : SideOf(c, from);
       if (IsBelow(c, side, from - rounding) || IsAbove(c, side, to + rounding))
       {

@@ -133,6 +133,13 @@ bool SkipsRange(bool none, float from, float to)
     LoseSide();
     return true;
   }
+#if TERAVOX_MASK
+  // A ray may meet nothing but holes of a region: it tells the side of no ray.
+  if (g_side < 0)
+  {
+    return false;
+  }
+#endif
   int side = g_side >= 0 ? g_side : SideOf(from);
   bool same = !(IsBelow(side, from - u_projection.y) || IsAbove(side, to + u_projection.y));
   g_side = same ? side : g_side;

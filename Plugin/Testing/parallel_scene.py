@@ -93,9 +93,12 @@ def balanced_pictures():
     display = show(reader, view, points, unit=2)
     display.MaximumLevel = 0
     look(view)
-    told["needed"] = {}
-    for name in ("even", "moved", "still"):
-        picture(name, display)  # ends with an update: what the frame before needed
+    pv.Render(view)
+    tell(view)  # an update: what the frame before needed, and the blocks move
+    told["read"]["even"] = facts(display, "ReadMiBOfProcesses")
+    told["needed"] = {"even": facts(display, "NeededMiBOfProcesses")}
+    for name in ("moved", "still"):
+        picture(name, display)
         told["needed"][name] = facts(display, "NeededMiBOfProcesses")
 
 

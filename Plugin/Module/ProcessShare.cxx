@@ -193,7 +193,7 @@ std::optional<ProcessFacts> ProcessShare::FactsTogether() const
   return together;
 }
 
-double ProcessShare::NeedOf(vtkOutOfCoreVolumeMapper* drawn)
+double ProcessShare::NeedOf(vtkOutOfCoreVolumeMapper* drawn) const
 {
   if (this->Which != Part::Block)
   {

@@ -64,7 +64,7 @@ public:
     vtkOutOfCoreVolumeMapper* drawn, const ProcessFacts& facts, vtkPVSession* session);
 
   /// MiB of bricks that the rays of a mapper's last frame needed; 0 where it draws no block.
-  double NeedOf(vtkOutOfCoreVolumeMapper* drawn);
+  double NeedOf(vtkOutOfCoreVolumeMapper* drawn) const;
 
   Part GetPart() const { return this->Which; }
   /// Of a block: its voxels for vtkOutOfCoreVolumeMapper::SetBlockExtent(), perhaps none; its

@@ -8,7 +8,7 @@ huge.h5      BigDataViewer, 1 TiB of voxels of 16 bits, 9 levels, of which a bal
              the volume and a column along x are stored, 2 MiB
 plain.h5     a single dataset of 4 TiB without levels, nothing of it stored
 vast.h5      a single dataset of 16 EiB without levels, nothing of it stored
-corner.h5    a single dataset of 96^3 voxels of 8 bits; one corner of 40 voxels holds something
+corner.h5    a single dataset of 96^3 voxels of 8 bits; only a corner of 40^3 is stored
 step_N.h5    a series: N = 0, 1, 2, constant volumes of value 10 (N + 1)
 """
 import os
@@ -82,10 +82,9 @@ def write_vast(folder):
 
 
 def write_corner(folder):
-    voxels = np.zeros((96, 96, 96), "u1")
-    voxels[:40, :40, :40] = np.random.default_rng(5).integers(60, 250, (40, 40, 40))
     with h5py.File(os.path.join(folder, "corner.h5"), "w") as f:
-        f.create_dataset("volume", data=voxels, chunks=(16,) * 3, compression=1)
+        d = f.create_dataset("volume", shape=(96,) * 3, dtype="u1", chunks=(16,) * 3, compression=1)
+        d[:40, :40, :40] = np.random.default_rng(5).integers(60, 250, (40, 40, 40))
 
 
 def write_series(folder):

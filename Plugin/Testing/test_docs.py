@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: Teravox contributors
 # SPDX-License-Identifier: BSD-3-Clause
-"""The Python block of docs/paraview.md, with the plugin and a volume of the tests: test_docs.py <page>."""
+"""The blocks of docs/paraview.md, with the plugin and a volume of the tests: test_docs.py <page> <build folder>."""
 import os
 import re
 import shutil
+import subprocess
 import sys
 import tempfile
 
@@ -12,6 +13,13 @@ blocks = re.findall(r"```python\n(.*?)```", page, re.S)
 assert len(blocks) == 1, len(blocks)
 code, replaced = re.subn(r'LoadPlugin\("[^"]*"', 'LoadPlugin(os.environ["TERAVOX_PLUGIN"]', blocks[0])
 assert replaced == 1
+# The program starts as the page says, and tells its version instead of waiting for somebody.
+shell, = re.findall(r"```sh\n(.*?)```", page, re.S)
+prefix = os.path.join(sys.argv[2], "prefix")
+if os.path.isdir(prefix):  # as Testing/plugin.sh makes it
+    commands = shell.replace("build/paraview/prefix", prefix).rstrip() + " --version"
+    said = subprocess.run(["bash", "-euc", commands], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert said.returncode == 0 and "paraview version 5.11" in said.stdout, said
 with tempfile.TemporaryDirectory() as folder:
     os.chdir(folder)
     shutil.copy(os.path.join(os.environ["TERAVOX_VOLUMES"], "shells.h5"), "scan.h5")

@@ -16,7 +16,7 @@ script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "parallel_scen
 
 # Each process draws a block, and IceT blends 8 bits of each.
 FEW = {"pyramid", "behind", "above", "shaded"}
-BALANCED = {"even", "moved", "still"}
+BALANCED = {"moved", "still"}
 BLOCKS = FEW | {"parallel", "inside", "cropped", "scaled", "again"}
 # The first process draws all, IceT brings its 8 bits onto the background.
 FIRST = {"turned", "maximum", "two"}
@@ -34,7 +34,8 @@ def run(launcher, *arguments):
 
 def compare(one, many, facts, processes):
     for name in sorted(many):
-        assert (one[name].max(axis=2) > 8).mean() > 0.1, name + " is empty"
+        share = 0.02 if name in BALANCED else 0.1  # of a corner
+        assert (one[name].max(axis=2) > 8).mean() > share, name + " is empty"
         difference = np.abs(one[name] - many[name])
         print("%d processes, %s: largest difference %d, mean %.3f, blocks %d" % (
             processes, name, difference.max(), difference.mean(), facts["blocks"][name]), flush=True)
@@ -67,7 +68,7 @@ for processes in (2, 4):
     print("%d processes: the busiest needs %s times the mean; MiB read by each: %s, then %s, then %s" % (
         processes, ", ".join("%.2f" % busiest[n] for n in ("even", "moved", "still")),
         *[" + ".join("%.2f" % r for r in told["read"][n]) for n in ("even", "moved", "still")]), flush=True)
-    assert busiest["even"] > 0.9 * processes and busiest["moved"] < 1.5, busiest
+    assert busiest["even"] > 1.4 and busiest["moved"] < 0.8 * busiest["even"], busiest
     assert told["needed"]["still"] == told["needed"]["moved"], told["needed"]
     assert told["read"]["still"] == told["read"]["moved"], told["read"]
 assert not failures, failures

@@ -8,6 +8,7 @@
 #include "HDF5Types.h"
 #include "PyramidWriter.h"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstring>
@@ -25,8 +26,9 @@ namespace
 
 constexpr std::int64_t ChunkEdge = 64;
 constexpr const char* PlainDataset = "/voxels";
-constexpr std::array<BenchFilter, 4> AllFilters{ BenchFilter::None, BenchFilter::Deflate,
-  BenchFilter::ShuffleDeflate, BenchFilter::LZ4 };
+constexpr std::array<BenchFilter, 10> AllFilters{ BenchFilter::None, BenchFilter::Deflate,
+  BenchFilter::ShuffleDeflate, BenchFilter::LZ4, BenchFilter::ScaleOffset, BenchFilter::Szip,
+  BenchFilter::LZF, BenchFilter::Blosc, BenchFilter::BitshuffleLZ4, BenchFilter::Zstandard };
 
 struct FreeCompressor
 {
@@ -59,17 +61,81 @@ Status WritePyramid(
   return PyramidWriter::Write(fileName, reader, options).GetStatus();
 }
 
-/// Deflate without shuffle, which the program reads but doesn't write.
-Status WriteDeflated(const std::string& fileName, ScalarType type, std::int64_t edge)
+Status SetFilter(hid_t creation, BenchFilter filter, ScalarType type, std::size_t chunkBytes)
+{
+  constexpr unsigned pixelsPerBlock = 16;
+  if (const auto call = CallOf(filter, SizeOf(type), chunkBytes))
+  {
+    H5Pset_filter(
+      creation, call->Id, H5Z_FLAG_OPTIONAL, call->Parameters.size(), call->Parameters.data());
+  }
+  else if (filter == BenchFilter::Szip)
+  {
+    H5Pset_szip(creation, H5_SZIP_NN_OPTION_MASK, pixelsPerBlock);
+  }
+  else if (filter == BenchFilter::ScaleOffset)
+  {
+    if (type == ScalarType::Float32 || type == ScalarType::Float64)
+    {
+      return { StatusCode::InvalidArgument, "The filter scale-offset is for integers." };
+    }
+    H5Pset_scaleoffset(creation, H5Z_SO_INT, H5Z_SO_INT_MINBITS_DEFAULT);
+  }
+  else
+  {
+    H5Pset_deflate(creation, 1);
+  }
+  return {};
+}
+
+/// A chunk through the codec's library, or through the HDF5 library where that has the filter.
+bool WriteChunk(hid_t dataset, BenchFilter filter, ScalarType type,
+  const std::array<hsize_t, 3>& offset, const BenchBytes& raw)
+{
+  BenchBytes stored;
+  if (filter == BenchFilter::Deflate)
+  {
+    const std::unique_ptr<libdeflate_compressor, FreeCompressor> compressor(
+      libdeflate_alloc_compressor(1));
+    stored.resize(2 * raw.size());
+    stored.resize(libdeflate_zlib_compress(
+      compressor.get(), raw.data(), raw.size(), stored.data(), stored.size()));
+  }
+  else if (CallOf(filter, SizeOf(type), raw.size()))
+  {
+    stored = EncodeChunk(filter, raw, SizeOf(type));
+  }
+  else
+  {
+    const std::array<hsize_t, 3> size{ ChunkEdge, ChunkEdge, ChunkEdge };
+    const HDF5Handle file(H5Dget_space(dataset));
+    const HDF5Handle memory(H5Screate_simple(3, size.data(), nullptr));
+    H5Sselect_hyperslab(file.Get(), H5S_SELECT_SET, offset.data(), nullptr, size.data(), nullptr);
+    return H5Dwrite(dataset, HDF5FileType(type, false), memory.Get(), file.Get(), H5P_DEFAULT,
+             raw.data()) >= 0;
+  }
+  const BenchBytes& written = stored.empty() ? raw : stored;
+  return H5Dwrite_chunk(dataset, H5P_DEFAULT, stored.empty() ? 1 : 0, offset.data(), written.size(),
+           written.data()) >= 0;
+}
+
+/// One dataset with a filter that the program reads but doesn't write.
+Status WriteDataset(
+  const std::string& fileName, BenchFilter filter, ScalarType type, std::int64_t edge)
 {
   const HDF5Lock lock;
   const HDF5Handle file(H5Fcreate(fileName.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
   const std::array<hsize_t, 3> extent{ static_cast<hsize_t>(edge), static_cast<hsize_t>(edge),
     static_cast<hsize_t>(edge) };
   const std::array<hsize_t, 3> chunk{ ChunkEdge, ChunkEdge, ChunkEdge };
+  std::vector<std::byte> raw(ChunkEdge * ChunkEdge * ChunkEdge * SizeOf(type));
   const HDF5Handle creation(H5Pcreate(H5P_DATASET_CREATE));
   H5Pset_chunk(creation.Get(), 3, chunk.data());
-  H5Pset_deflate(creation.Get(), 1);
+  Status status = SetFilter(creation.Get(), filter, type, raw.size());
+  if (!status.Ok())
+  {
+    return status;
+  }
   const HDF5Handle space(H5Screate_simple(3, extent.data(), nullptr));
   const HDF5Handle dataset(H5Dcreate2(file.Get(), PlainDataset, HDF5FileType(type, false),
     space.Get(), H5P_DEFAULT, creation.Get(), H5P_DEFAULT));
@@ -78,10 +144,6 @@ Status WriteDeflated(const std::string& fileName, ScalarType type, std::int64_t 
     return Failure(fileName);
   }
   GreyReader reader(type, edge);
-  std::vector<std::byte> raw(ChunkEdge * ChunkEdge * ChunkEdge * SizeOf(type));
-  std::vector<std::byte> stored(2 * raw.size());
-  const std::unique_ptr<libdeflate_compressor, FreeCompressor> compressor(
-    libdeflate_alloc_compressor(1));
   const std::int64_t n = edge / ChunkEdge;
   for (std::int64_t i = 0; i < n * n * n; ++i)
   {
@@ -89,15 +151,32 @@ Status WriteDeflated(const std::string& fileName, ScalarType type, std::int64_t 
     const Int3 start{ static_cast<std::int64_t>(offset[2]), static_cast<std::int64_t>(offset[1]),
       static_cast<std::int64_t>(offset[0]) };
     reader.ReadBox(start, { ChunkEdge, ChunkEdge, ChunkEdge }, raw.data());
-    const std::size_t size = libdeflate_zlib_compress(
-      compressor.get(), raw.data(), raw.size(), stored.data(), stored.size());
-    if (size == 0 ||
-      H5Dwrite_chunk(dataset.Get(), H5P_DEFAULT, 0, offset.data(), size, stored.data()) < 0)
+    if (!WriteChunk(dataset.Get(), filter, type, offset, raw))
     {
       return Failure(fileName);
     }
   }
   return {};
+}
+
+/// The filters of a dataset, for ChunkDecoder.
+std::vector<ChunkFilter> FiltersOf(hid_t dataset)
+{
+  std::vector<ChunkFilter> filters;
+  const HDF5Handle creation(H5Dget_create_plist(dataset));
+  for (int i = 0; i < H5Pget_nfilters(creation.Get()); ++i)
+  {
+    ChunkFilter filter;
+    filter.Parameters.resize(32);
+    std::size_t n = filter.Parameters.size();
+    unsigned flags = 0;
+    unsigned config = 0;
+    filter.Id = H5Pget_filter2(creation.Get(), static_cast<unsigned>(i), &flags, &n,
+      filter.Parameters.data(), 0, nullptr, &config);
+    filter.Parameters.resize(std::min(n, filter.Parameters.size()));
+    filters.push_back(std::move(filter));
+  }
+  return filters;
 }
 
 template <std::size_t Size>
@@ -163,6 +242,18 @@ const char* ToString(BenchFilter filter)
       return "shuffle+deflate";
     case BenchFilter::LZ4:
       return "lz4";
+    case BenchFilter::ScaleOffset:
+      return "scale-offset";
+    case BenchFilter::Szip:
+      return "szip";
+    case BenchFilter::LZF:
+      return "lzf";
+    case BenchFilter::Blosc:
+      return "blosc";
+    case BenchFilter::BitshuffleLZ4:
+      return "bitshuffle+lz4";
+    case BenchFilter::Zstandard:
+      return "zstd";
     case BenchFilter::None:
     default:
       return "none";
@@ -186,7 +277,8 @@ Result<BenchFilter> ParseBenchFilter(const std::string& name)
 
 bool HasPyramid(BenchFilter filter)
 {
-  return filter != BenchFilter::Deflate;
+  return filter == BenchFilter::None || filter == BenchFilter::ShuffleDeflate ||
+    filter == BenchFilter::LZ4;
 }
 
 std::string DatasetOf(BenchFilter filter)
@@ -199,15 +291,14 @@ Status WriteBenchFile(
 {
   switch (filter)
   {
-    case BenchFilter::Deflate:
-      return WriteDeflated(fileName, type, edge);
     case BenchFilter::ShuffleDeflate:
       return WritePyramid(fileName, PyramidCompression::Deflate, type, edge);
     case BenchFilter::LZ4:
       return WritePyramid(fileName, PyramidCompression::LZ4, type, edge);
     case BenchFilter::None:
-    default:
       return WritePyramid(fileName, PyramidCompression::None, type, edge);
+    default:
+      return WriteDataset(fileName, filter, type, edge);
   }
 }
 
@@ -221,6 +312,8 @@ Result<BenchChunks> BenchChunks::Read(
   const HDF5Lock lock;
   const HDF5Handle file(H5Fopen(fileName.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT));
   const HDF5Handle dataset(H5Dopen2(file.Get(), DatasetOf(filter).c_str(), H5P_DEFAULT));
+  chunks.Decoder =
+    ChunkDecoder(FiltersOf(dataset.Get()), chunks.ChunkBytes, chunks.ElementSize, false);
   const std::int64_t n = edge / ChunkEdge;
   for (std::int64_t i = 0; i < n * n * n; ++i)
   {
@@ -253,15 +346,34 @@ bool BenchChunks::DecodeOne(std::size_t i)
     std::memcpy(out, chunk.Bytes.data(), this->ChunkBytes);
     return true;
   }
+  if (const auto decoded = DecodeByLibrary(this->Filter, chunk.Bytes, out, this->ChunkBytes))
+  {
+    return *decoded;
+  }
   switch (this->Filter)
   {
     case BenchFilter::LZ4:
       return DecodeLZ4(chunk.Bytes, out, this->ChunkBytes);
     case BenchFilter::Deflate:
       return Inflate(chunk.Bytes, out, this->ChunkBytes);
-    default:
+    case BenchFilter::ShuffleDeflate:
       return DecodeShuffled(chunk.Bytes, this->ElementSize, out, this->ChunkBytes);
+    default:
+      return this->DecodeAsBricksAre(chunk.Bytes, out);
   }
+}
+
+bool BenchChunks::DecodeAsBricksAre(const BenchBytes& stored, std::byte* out) const
+{
+  thread_local BenchBytes raw; // which Decode() may destroy
+  thread_local BenchBytes decoded;
+  raw = stored;
+  if (!this->Decoder.Decode(raw, 0, decoded).Ok())
+  {
+    return false;
+  }
+  std::memcpy(out, decoded.data(), this->ChunkBytes);
+  return true;
 }
 
 bool BenchChunks::Decode(int threads)

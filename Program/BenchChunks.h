@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "BenchFilters.h"
+#include "ChunkDecoder.h"
 #include "Status.h"
 #include "Types.h"
 
@@ -13,20 +15,13 @@
 namespace teravox::program
 {
 
-/// How `bench load` stores voxels.
-enum class BenchFilter
-{
-  None,
-  Deflate,
-  ShuffleDeflate,
-  LZ4
-};
 const char* ToString(BenchFilter filter);
 /// Errors: InvalidArgument, with the names there are.
 Result<BenchFilter> ParseBenchFilter(const std::string& name);
 
 /// Writes a GreyReader's cube: a pyramid where the program itself writes such chunks, else one
-/// dataset. Chunks have 64 voxels per axis. Requires: `edge` is a multiple of 64.
+/// dataset. Chunks have 64 voxels per axis. Requires: `edge` is a multiple of 64. Errors:
+/// InvalidArgument for scale-offset of floats.
 Status WriteBenchFile(
   const std::string& fileName, BenchFilter filter, ScalarType type, std::int64_t edge);
 /// Whether such a file is a pyramid, and the dataset with its finest voxels.
@@ -40,8 +35,10 @@ public:
   static Result<BenchChunks> Read(
     const std::string& fileName, BenchFilter filter, ScalarType type, std::int64_t edge);
 
-  /// Decodes each chunk once by calling the codec's library, each to its own place. False: a chunk
-  /// is damaged. Threads of its own: OpenMP's would go on waiting busily while bricks are loaded.
+  /// Decodes each chunk once by calling the codec's library, each to its own place; szip,
+  /// scale-offset and bitshuffle, of which there is none that is called like that, as bricks are,
+  /// by ChunkDecoder. False: a chunk is damaged. Threads of its own: OpenMP's would go on waiting
+  /// busily while bricks are loaded.
   bool Decode(int threads);
 
   std::size_t StoredBytes() const;
@@ -54,8 +51,10 @@ private:
     bool Filtered = true; ///< else as it is: it doesn't compress
   };
   bool DecodeOne(std::size_t i);
+  bool DecodeAsBricksAre(const BenchBytes& stored, std::byte* out) const;
 
   BenchFilter Filter = BenchFilter::None;
+  ChunkDecoder Decoder;
   std::size_t ElementSize = 1;
   std::size_t ChunkBytes = 0;
   std::vector<Stored> Chunks;

@@ -5,6 +5,7 @@
 #include "ErrorCapture.h"
 #include "Formats/Sidecar.h"
 #include "ImageInput.h"
+#include "Import/DescribedReader.h"
 #include "Interrupt.h"
 #include "ProgressBar.h"
 #include "PyramidWriter.h"
@@ -57,7 +58,6 @@ void Configure(vtkHDF5PyramidWriter* writer, const ConvertOptions& options)
   writer->SetCompressionLevel(options.CompressionLevel);
   writer->SetDownsampling(
     options.Downsampling == "mode" ? vtkHDF5PyramidWriter::MODE : vtkHDF5PyramidWriter::AVERAGE);
-  writer->SetMemoryLimit(options.Memory);
   writer->SetFillValue(options.FillValue);
 }
 
@@ -88,54 +88,24 @@ struct Written
   std::uint64_t ChunksSaved = 0;
 };
 
-/// What the voxels are made of: names, sizes and times of files, and what was chosen in them.
+/// What the voxels are made of: files, and what was chosen in them.
 std::string SourceOf(const ImageInput& input, const ConvertOptions& options)
 {
-  std::string text = fmt::format("{} {} {} {} {}", options.Input.Name, options.Input.Dataset,
-    options.Input.Channel, options.Input.TimePoint, options.Array);
-  for (const std::string& file : input.Files)
-  {
-    std::error_code error;
-    const auto size = std::filesystem::file_size(file, error);
-    const auto time = std::filesystem::last_write_time(file, error).time_since_epoch().count();
-    text += fmt::format("\n{} {} {}", file, size, time);
-  }
-  // Thousands of slices have a long text: its hash tells them apart as well.
-  std::uint64_t hash = 14695981039346656037ULL;
-  for (const char c : text)
-  {
-    hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
-  }
-  return fmt::format("{} files {:016x}", input.Files.size(), hash);
+  return ImageVolume::SourceName(
+    fmt::format("{} {} {} {} {}", options.Input.Name, options.Input.Dataset, options.Input.Channel,
+      options.Input.TimePoint, options.Array),
+    input.Volume.Files);
 }
 
 /// Of a reader of our own, with what the command line says instead of it.
 Result<Written> WriteStreamed(
   const ImageInput& input, const ConvertOptions& options, ProgressBar* bar)
 {
-  class Described : public VoxelReader
-  {
-  public:
-    Described(VoxelReader& reader, const ConvertOptions& given)
-      : Inner(reader)
-      , Volume(reader.Describe())
-    {
-      this->Volume.FillValue = given.FillValue;
-      this->Volume.Spacing = given.Import.Spacing.value_or(this->Volume.Spacing);
-      this->Volume.Origin = given.Import.Origin.value_or(this->Volume.Origin);
-    }
-    Description Describe() const override { return this->Volume; }
-    Status ReadBox(const Int3& start, const Int3& size, void* out) override
-    {
-      return this->Inner.ReadBox(start, size, out);
-    }
-    bool ReadsSlabs() const override { return this->Inner.ReadsSlabs(); }
-
-  private:
-    VoxelReader& Inner;
-    Description Volume;
-  };
-  Described reader(*input.Reader, options);
+  VoxelReader::Description volume = input.Volume.Reader->Describe();
+  volume.FillValue = options.FillValue;
+  volume.Spacing = options.Import.Spacing.value_or(volume.Spacing);
+  volume.Origin = options.Import.Origin.value_or(volume.Origin);
+  DescribedReader reader(*input.Volume.Reader, volume);
   const std::string array = reader.Describe().ArrayName;
   if (!options.Array.empty() && options.Array != array)
   {
@@ -150,7 +120,7 @@ Result<Written> WriteStreamed(
   writer.CompressionLevel = options.CompressionLevel;
   writer.Downsampling =
     options.Downsampling == "mode" ? PyramidDownsampling::Mode : PyramidDownsampling::Average;
-  writer.MemoryLimit = options.Memory - input.ReaderBytes;
+  writer.MemoryLimit = options.Memory - input.Volume.ReaderBytes;
   writer.Resume = options.Resume;
   writer.Source = SourceOf(input, options);
   writer.Progress = [bar](std::uint64_t done, std::uint64_t total)
@@ -178,6 +148,7 @@ Result<Written> WritePipeline(
   vtkAlgorithm* input = opened.Pipeline;
   vtkNew<vtkHDF5PyramidWriter> writer;
   Configure(writer, options);
+  writer->SetMemoryLimit(options.Memory - opened.Volume.ReaderBytes);
   writer->SetResume(options.Resume);
   writer->SetSourceName(SourceOf(opened, options).c_str());
   writer->SetInputConnection(input->GetOutputPort());
@@ -276,8 +247,8 @@ Status RunConvert(const ConvertOptions& given)
   }
   ProgressBar bar;
   ProgressBar* shown = options.Quiet ? nullptr : &bar;
-  const auto written = input.Value().Reader ? WriteStreamed(input.Value(), options, shown)
-                                            : WritePipeline(input.Value(), options, shown);
+  const auto written = input.Value().Volume.Reader ? WriteStreamed(input.Value(), options, shown)
+                                                   : WritePipeline(input.Value(), options, shown);
   bar.Clear();
   if (WasInterrupted() && !written.Ok())
   {

@@ -3,12 +3,9 @@
 #include "ImageInput.h"
 
 #include "ByteCount.h"
-#include "Import/DICOMSeries.h"
-#include "Import/FileList.h"
-#include "Import/RawVolume.h"
-#include "Import/SliceVoxelReader.h"
-#include "Import/TIFFStack.h"
+#include "HDF5BrickSource.h"
 #include "VolumeInput.h"
+#include "vtkBrickSource.h"
 #include "vtkHDF5PyramidReader.h"
 
 #include <algorithm>
@@ -67,7 +64,8 @@ Opened OpenLegacyImage(const std::string& fileName)
   return vtkSmartPointer<vtkAlgorithm>(reader.GetPointer());
 }
 
-Opened OpenHDF5(const VolumeOptions& options)
+/// Its chunks are kept in at most this many bytes.
+Opened OpenHDF5(const VolumeOptions& options, std::uint64_t chunks)
 {
   const auto reader = vtkSmartPointer<vtkHDF5PyramidReader>::New();
   reader->SetFileName(options.Name.c_str());
@@ -75,6 +73,10 @@ Opened OpenHDF5(const VolumeOptions& options)
   reader->SetChannel(options.Channel);
   reader->SetTimePoint(options.TimePoint);
   reader->SetLevel(0);
+  if (vtkBrickSource* source = reader->GetBrickSource())
+  {
+    source->GetBrickSource()->SetMemoryBudget(chunks);
+  }
   return vtkSmartPointer<vtkAlgorithm>(reader.GetPointer());
 }
 
@@ -97,43 +99,13 @@ bool EndsWithAny(const std::string& text, const std::vector<const char*>& ends)
     ends.begin(), ends.end(), [&](const char* end) { return EndsWith(text, end); });
 }
 
-Result<ImageInput> Streamed(const Result<std::shared_ptr<VoxelReader>>& reader,
-  std::uint64_t memory, std::vector<std::string> files)
-{
-  if (!reader.Ok())
-  {
-    return reader.GetStatus();
-  }
-  ImageInput input;
-  if (const auto* slices = dynamic_cast<const SliceVoxelReader*>(reader.Value().get()))
-  {
-    input.ReaderBytes = std::max<std::uint64_t>(memory / 4, slices->SliceBytes());
-    if (input.ReaderBytes > memory / 2)
-    {
-      return Status(StatusCode::ResourceExhausted,
-        fmt::format("A slice of {} takes {} of memory; half of --memory is {}.", files.front(),
-          FormatByteCount(static_cast<double>(input.ReaderBytes)),
-          FormatByteCount(static_cast<double>(memory) / 2)));
-    }
-  }
-  input.Reader = reader.Value();
-  input.Files = std::move(files);
-  return input;
-}
-
-Result<ImageInput> Streamed(
-  const Result<RawVolume>& volume, std::uint64_t memory, const std::string& name)
+Result<ImageInput> Streamed(const Result<ImageVolume>& volume)
 {
   if (!volume.Ok())
   {
     return volume.GetStatus();
   }
-  std::vector<std::string> files = volume.Value().Files;
-  if (files.front() != name)
-  {
-    files.push_back(name);
-  }
-  return Streamed(RawVolume::Open(volume.Value(), memory / 4), memory, std::move(files));
+  return ImageInput{ volume.Value(), nullptr };
 }
 
 /// VTK's readers of these formats hold the whole volume, whatever part of it is asked for.
@@ -168,7 +140,7 @@ Result<ImageInput> Whole(const Opened& opened, const std::string& fileName, std:
         "{} can only be read as a whole, which takes {} of memory; half of --memory is {}.",
         fileName, FormatByteCount(bytes), FormatByteCount(static_cast<double>(memory) / 2)));
   }
-  return ImageInput{ nullptr, opened.Value(), { fileName }, 0 };
+  return ImageInput{ { nullptr, { fileName }, 0 }, opened.Value() };
 }
 
 /// Ours, or VTK's for what ours leave.
@@ -183,51 +155,6 @@ Result<ImageInput> StreamedOrWhole(Result<ImageInput> streamed, const std::strin
   }
   const Opened opened = OpenImageFile<Reader>(fileName);
   return opened.Ok() ? Whole(opened, fileName, memory) : Result<ImageInput>(streamed.GetStatus());
-}
-
-Result<ImageInput> OpenStack(
-  const VolumeOptions& options, std::uint64_t memory, std::vector<std::string> files)
-{
-  TIFFStack::Request request;
-  request.Files = files;
-  request.Channel = options.Channel;
-  request.TimePoint = options.TimePoint;
-  request.CacheBytes = memory / 4;
-  return Streamed(TIFFStack::Open(request), memory, std::move(files));
-}
-
-Result<ImageInput> OpenSeries(
-  const VolumeOptions& options, std::uint64_t memory, std::vector<std::string> files)
-{
-  DICOMSeries::Request request;
-  request.Files = files;
-  request.Series = options.Dataset;
-  request.CacheBytes = memory / 4;
-  return Streamed(DICOMSeries::Open(request), memory, std::move(files));
-}
-
-/// A folder or a pattern.
-Result<ImageInput> OpenSeveral(
-  const VolumeOptions& options, std::uint64_t memory, const std::vector<std::string>& files)
-{
-  const auto dicom = [](const std::string& file) { return DICOMSeries::IsDICOM(file); };
-  if (std::any_of(files.begin(), files.end(), dicom))
-  {
-    return OpenSeries(options, memory, files);
-  }
-  std::vector<std::string> pictures;
-  std::copy_if(files.begin(), files.end(), std::back_inserter(pictures),
-    [](const std::string& file) {
-      return EndsWithAny(Lower(file), { ".tif", ".tiff" });
-    });
-  if (pictures.empty())
-  {
-    return Status(StatusCode::NotFound,
-      IsPattern(options.Name)
-        ? fmt::format("{} matches no DICOM or TIFF files.", options.Name)
-        : fmt::format("{} is a folder without DICOM or TIFF files.", options.Name));
-  }
-  return OpenStack(options, memory, pictures);
 }
 
 Result<ImageInput> OpenRaw(
@@ -258,7 +185,7 @@ Result<ImageInput> OpenRaw(
                   "with --header how many bytes come before them.",
         options.Name, size, wanted));
   }
-  return Streamed(Result<RawVolume>(raw), memory, options.Name);
+  return Streamed(ImageVolume::Open(Result<RawVolume>(raw), options.Name, memory));
 }
 
 } // namespace
@@ -278,50 +205,35 @@ Result<ImageInput> OpenImage(
   const VolumeOptions& options, const ImportOptions& import, std::uint64_t memory)
 {
   const std::string& fileName = options.Name;
-  if (IsPattern(fileName))
+  const std::string lower = Lower(fileName);
+  const auto any = [&](const std::vector<const char*>& ends) { return EndsWithAny(lower, ends); };
+  if (ImageVolume::IsImage(fileName) && !IsRaw(options, import))
   {
-    return OpenSeveral(options, memory, FilesLike(fileName));
+    ImageVolume::Request request;
+    request.Name = fileName;
+    request.Channel = options.Channel;
+    request.TimePoint = options.TimePoint;
+    request.Series = options.Dataset;
+    request.Memory = memory;
+    Result<ImageInput> streamed = Streamed(ImageVolume::Open(request));
+    return any({ ".nii", ".nii.gz", ".hdr", ".hdr.gz", ".img", ".img.gz" })
+      ? StreamedOrWhole<vtkNIFTIImageReader>(streamed, fileName, import, memory)
+      : any({ ".mha", ".mhd" })
+      ? StreamedOrWhole<vtkMetaImageReader>(streamed, fileName, import, memory)
+      : any({ ".nrrd", ".nhdr" })
+      ? StreamedOrWhole<vtkNrrdReader>(streamed, fileName, import, memory)
+      : any({ ".tif", ".tiff" })
+      ? StreamedOrWhole<vtkTIFFReader>(streamed, fileName, import, memory)
+      : streamed;
   }
   std::error_code error;
-  const auto status = std::filesystem::status(fileName, error);
-  if (!std::filesystem::exists(status))
+  if (!std::filesystem::exists(fileName, error))
   {
     return Status(StatusCode::NotFound, fmt::format("{} doesn't exist.", fileName));
   }
-  if (std::filesystem::is_directory(status))
-  {
-    return OpenSeveral(options, memory, FilesIn(fileName));
-  }
-  const std::string lower = Lower(fileName);
-  const auto any = [&](const std::vector<const char*>& ends) { return EndsWithAny(lower, ends); };
   if (IsRaw(options, import))
   {
     return OpenRaw(options, import, memory);
-  }
-  if (any({ ".nii", ".nii.gz", ".hdr", ".hdr.gz", ".img", ".img.gz" }))
-  {
-    return StreamedOrWhole<vtkNIFTIImageReader>(
-      Streamed(ReadNIfTIHeader(fileName, options.TimePoint), memory, fileName), fileName, import,
-      memory);
-  }
-  if (any({ ".mha", ".mhd" }))
-  {
-    return StreamedOrWhole<vtkMetaImageReader>(
-      Streamed(ReadMetaImageHeader(fileName), memory, fileName), fileName, import, memory);
-  }
-  if (any({ ".nrrd", ".nhdr" }))
-  {
-    return StreamedOrWhole<vtkNrrdReader>(
-      Streamed(ReadNRRDHeader(fileName), memory, fileName), fileName, import, memory);
-  }
-  if (any({ ".tif", ".tiff" }))
-  {
-    return StreamedOrWhole<vtkTIFFReader>(
-      OpenStack(options, memory, { fileName }), fileName, import, memory);
-  }
-  if (any({ ".dcm" }) || DICOMSeries::IsDICOM(fileName))
-  {
-    return OpenSeries(options, memory, { fileName });
   }
   if (import.Spacing || import.Origin)
   {
@@ -333,16 +245,19 @@ Result<ImageInput> OpenImage(
   {
     return Whole(OpenLegacyImage(fileName), fileName, memory);
   }
+  const bool chunked = IsHDF5Name(fileName) && !any({ ".vti" });
+  const std::uint64_t chunks = chunked ? std::min(memory / 4, HDF5OpenOptions().MemoryBudget) : 0;
   const Opened opened = any({ ".vti" }) ? OpenXMLImage(fileName)
     : IsHDF5Name(fileName)
-    ? OpenHDF5(options)
+    ? OpenHDF5(options, chunks)
     : Opened(Status(StatusCode::Unsupported,
         fmt::format("{} has an extension that no reader belongs to; known are .nii, "
                     ".nii.gz, .mha, .mhd, .nrrd, .tif, .dcm, .raw, .vti, .vtk, .h5, .ims "
                     "and .xml, and with --raw voxels without a header.",
           fileName)));
-  return opened.Ok() ? Result<ImageInput>(ImageInput{ nullptr, opened.Value(), { fileName }, 0 })
-                     : Result<ImageInput>(opened.GetStatus());
+  return opened.Ok()
+    ? Result<ImageInput>(ImageInput{ { nullptr, { fileName }, chunks }, opened.Value() })
+    : Result<ImageInput>(opened.GetStatus());
 }
 
 } // namespace teravox::program

@@ -3,13 +3,11 @@
 #pragma once
 
 #include "Commands.h"
+#include "Import/ImageVolume.h"
 #include "Status.h"
-#include "VoxelReader.h"
 
 #include <cstdint>
-#include <memory>
 #include <string>
-#include <vector>
 #include <vtkAlgorithm.h>
 #include <vtkSmartPointer.h>
 
@@ -19,10 +17,8 @@ namespace teravox::program
 /// What `convert` reads: a reader of our own, which streams, or one of VTK's.
 struct ImageInput
 {
-  std::shared_ptr<VoxelReader> Reader;
+  ImageVolume Volume;                     ///< without a reader, its files are those that are known
   vtkSmartPointer<vtkAlgorithm> Pipeline; ///< if there is no reader
-  std::vector<std::string> Files;         ///< that it is made of, as far as they are known
-  std::uint64_t ReaderBytes = 0;          ///< of memory that the reader takes
 };
 
 /// By extension: NIfTI, MetaImage, NRRD, TIFF and voxels without a header by our own readers, VTK's

@@ -286,7 +286,10 @@ Run AddLoad(CLI::App* bench)
   CLI::App* command = bench->add_subcommand("load",
     "The speed of bricks from a file (warm, through source and loader) beside that of the codec "
     "alone on as many threads");
-  command->add_option("--filters", options->Filters, "Default none,deflate,shuffle+deflate,lz4")
+  command
+    ->add_option("--filters", options->Filters,
+      "Default none,deflate,shuffle+deflate,lz4; there are "
+      "scale-offset,szip,lzf,blosc,bitshuffle+lz4,zstd, too")
     ->delimiter(',');
   AddTypes(command, options->Types);
   command->add_option("--edge", options->Edge, "Voxels per axis, a multiple of 64; default 384")

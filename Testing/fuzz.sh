@@ -55,8 +55,9 @@ for target in "${targets[@]}"; do
     left=$((left - ${done_now:-1}))
     seed=$((seed + 1))
     [ "$result" -ne 0 ] || break
-    # The innermost frame outside of the C library and of the sanitizers tells whose fault it is.
-    frame=$(grep -E '^ *#[0-9]+ ' "$log" | grep -vE 'libc\.so|__asan|__interceptor|__sanitizer|in (mem|str)|\(BuildId.*libasan' |
+    # The innermost frame outside of the C library and of the sanitizers tells whose fault it is; of a
+    # leak, who asked for the memory.
+    frame=$(grep -E '^ *#[0-9]+ ' "$log" | grep -vE 'libc\.so|__asan|__interceptor|__sanitizer|in (mem|str|malloc|calloc|realloc)|\(BuildId.*libasan' |
       head -1 || true)
     if echo "$frame" | grep -q libhdf5; then
       excused=$((excused + 1))

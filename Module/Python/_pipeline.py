@@ -307,10 +307,7 @@ _IMAGE_READERS = {
 
 
 def _image_reader(path):
-    """VTK's reader for an image file, or None for HDF5."""
-    path = os.fspath(path)
-    if not os.path.exists(path):
-        raise FileNotFoundError(f"{path} doesn't exist.")
+    """VTK's reader for an image file that the writer doesn't read itself, or None for HDF5."""
     for extension, (module, name) in _IMAGE_READERS.items():
         if path.lower().endswith(extension):
             reader = getattr(__import__(f"vtkmodules.{module}", fromlist=[name]), name)()
@@ -335,18 +332,24 @@ def convert(
     compression_level: int = 0,
     brick_size: int = 64,
     memory: int | str = "1G",
+    resume: bool = False,
     progress: Callable[[int, int], object] | bool | None = None,
 ) -> dict[str, int]:
     """Writes a volume into an HDF5 pyramid, in bounded memory.
 
-    data: a path of an image (NIfTI, MetaImage, NRRD, TIFF, VTI) or HDF5 file; an array (of a list,
-        the finest is written); a VTK algorithm with an image as output.
-    path: the file to write. It appears when it is complete; an error or Ctrl-C leaves nothing.
+    data: a path of an image (NIfTI, MetaImage, NRRD, TIFF, DICOM, VTI) or HDF5 file, of a folder
+        of TIFF or DICOM slices, or a pattern of their names (slice*.tif, slice%03d.tif); an array
+        (of a list, the finest is written); a VTK algorithm with an image as output.
+    path: the file to write. It appears when it is complete; an error or Ctrl-C leaves nothing,
+        unless with resume.
     spacing, origin, dataset, labels: see source().
     compression: "lz4" (fastest to read), "deflate" (smallest, read by all HDF5 programs), "none".
     compression_level: 1 (fast) to 12 (small); 0 takes 1.
     brick_size: edge of a storage chunk in voxels, a multiple of 8.
     memory: bytes that the writing may take, also as "512M".
+    resume: go on from what a conversion of the same data to this path, also with resume, left when
+        it was killed, failed or was interrupted; the same file as an undisturbed one writes.
+        That the data are the same is checked for files (names, sizes, times), not for arrays.
     progress: a function of (bytes done, bytes in total); False: none. Default: a bar of tqdm, if
         that is installed.
 
@@ -356,19 +359,35 @@ def convert(
     compressions = {"none": 0, "deflate": 1, "lz4": 2}
     if compression not in compressions:
         raise ValueError(f"compression is {compression!r}; it may be {', '.join(compressions)}.")
-    if isinstance(data, (str, os.PathLike)):
-        data = _image_reader(data) or open(data, dataset=dataset)
-    if isinstance(data, vtkBrickSourceAlgorithm) or not isinstance(data, vtkAlgorithm):
-        data = source(data, spacing=spacing, origin=origin, labels=labels)
-        labels = labels or info(data)["labels"]
-        data.SetLevel(0)
     writer = vtkHDF5PyramidWriter()
-    writer.SetInputConnection(data.GetOutputPort())
+    sources = [writer]
+    if isinstance(data, (str, os.PathLike)):
+        name = os.fspath(data)
+        if not os.path.exists(name) and not any(c in name for c in "*%"):
+            raise FileNotFoundError(f"{name} doesn't exist.")
+        if writer.CanReadImageFile(name):
+            for argument, value in (("spacing", spacing), ("origin", origin)):
+                if value is not None:
+                    raise ValueError(f"{argument} is for arrays; this volume has its own.")
+            writer.SetImageFileName(name)
+            data = None
+        else:
+            about = os.stat(name)
+            writer.SetSourceName(f"{name} {dataset} {about.st_size} {about.st_mtime_ns}")
+            data = _image_reader(name) or open(name, dataset=dataset)
+    if data is not None:
+        if isinstance(data, vtkBrickSourceAlgorithm) or not isinstance(data, vtkAlgorithm):
+            data = source(data, spacing=spacing, origin=origin, labels=labels)
+            labels = labels or info(data)["labels"]
+            data.SetLevel(0)
+        writer.SetInputConnection(data.GetOutputPort())
+        sources.append(data)
     writer.SetFileName(os.fspath(path))
     writer.SetCompression(compressions[compression])
     writer.SetCompressionLevel(compression_level)
     writer.SetBrickSize(brick_size)
     writer.SetMemoryLimit(_bytes(memory))
+    writer.SetResume(resume)
     writer.SetDownsampling(writer.MODE if labels else writer.AVERAGE)
     with _Progress(progress) as show, _interrupt.noted() as interrupt:
         # One call into C++: what an observer raises would only be printed.
@@ -380,20 +399,21 @@ def convert(
             except BaseException as error:  # pylint: disable=broad-except
                 raised.append(error)
             if interrupt.pressed or raised:
-                data.SetAbortExecute(1)
-                writer.SetAbortExecute(1)
+                for algorithm in sources:
+                    algorithm.SetAbortExecute(1)
                 _levels.cancel(data)
 
-        tags = [(o, o.AddObserver("ProgressEvent", on_progress)) for o in (writer, data)]
+        tags = [(o, o.AddObserver("ProgressEvent", on_progress)) for o in sources]
         try:
-            with _vtk.errors_raised(data, writer) as messages:
+            with _vtk.errors_raised(*sources[::-1]) as messages:
                 written = writer.Write()
                 if raised or interrupt.pressed:
                     messages.clear()
         finally:
             for o, tag in tags:
                 o.RemoveObserver(tag)
-            data.SetAbortExecute(0)
+            for algorithm in sources[1:]:
+                algorithm.SetAbortExecute(0)
             _levels.cancel(data, False)
         if raised:
             raise raised[0]

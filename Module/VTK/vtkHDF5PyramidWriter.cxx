@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkHDF5PyramidWriter.h"
 
+#include "Import/DescribedReader.h"
+#include "Import/ImageVolume.h"
 #include "PipelineVoxelReader.h"
 #include "PyramidWriter.h"
 
@@ -40,6 +42,24 @@ void vtkHDF5PyramidWriter::SetInputData(vtkDataObject* data)
   this->SetInputConnection(producer->GetOutputPort());
 }
 
+void vtkHDF5PyramidWriter::SetImageFileName(const char* name)
+{
+  this->ImageFileName = name ? name : "";
+  this->Modified();
+}
+
+int vtkHDF5PyramidWriter::CanReadImageFile(const char* name)
+{
+  if (!name || !teravox::ImageVolume::IsImage(name))
+  {
+    return 0;
+  }
+  teravox::ImageVolume::Request request;
+  request.Name = name;
+  const auto status = teravox::ImageVolume::Open(request).GetStatus();
+  return status.Code() == teravox::StatusCode::Unsupported ? 0 : 1;
+}
+
 void vtkHDF5PyramidWriter::SetFileName(const char* name)
 {
   this->FileName = name ? name : "";
@@ -69,11 +89,37 @@ int vtkHDF5PyramidWriter::Write()
     vtkErrorMacro("No file name was set.");
     return 0;
   }
+  return (this->ImageFileName.empty() ? this->WriteInput() : this->WriteImage()) ? 1 : 0;
+}
+
+bool vtkHDF5PyramidWriter::WriteImage()
+{
+  teravox::ImageVolume::Request request;
+  request.Name = this->ImageFileName;
+  request.Memory = this->MemoryLimit;
+  const auto image = teravox::ImageVolume::Open(request);
+  if (!image.Ok())
+  {
+    vtkErrorMacro(<< image.GetStatus().Message());
+    return false;
+  }
+  const teravox::ImageVolume& volume = image.Value();
+  const std::string source = this->SourceName.empty()
+    ? teravox::ImageVolume::SourceName(this->ImageFileName, volume.Files)
+    : this->SourceName;
+  teravox::VoxelReader::Description description = volume.Reader->Describe();
+  description.FillValue = this->FillValue;
+  teravox::DescribedReader reader(*volume.Reader, description);
+  return this->WriteVolume(reader, source, volume.ReaderBytes);
+}
+
+bool vtkHDF5PyramidWriter::WriteInput()
+{
   vtkAlgorithmOutput* connection = this->GetInputConnection(0, 0);
   if (!connection)
   {
     vtkErrorMacro("There is no input to write to " << this->FileName << ".");
-    return 0;
+    return false;
   }
   teravox::PipelineVoxelReader::Options input;
   input.ArrayName = this->ArrayName;
@@ -85,8 +131,15 @@ int vtkHDF5PyramidWriter::Write()
   if (!reader.Ok())
   {
     vtkErrorMacro(<< reader.GetStatus().Message());
-    return 0;
+    return false;
   }
+  return this->WriteVolume(*reader.Value(), this->SourceName,
+    reader.Value()->IsWhole() ? reader.Value()->HeldBytes() : input.PieceLimit);
+}
+
+bool vtkHDF5PyramidWriter::WriteVolume(
+  teravox::VoxelReader& reader, const std::string& source, unsigned long long forInput)
+{
   teravox::PyramidWriterOptions options;
   options.BrickSize = this->BrickSize;
   options.Compression = this->Compression == NONE ? teravox::PyramidCompression::None
@@ -96,9 +149,7 @@ int vtkHDF5PyramidWriter::Write()
   options.Downsampling = this->Downsampling == MODE ? teravox::PyramidDownsampling::Mode
                                                     : teravox::PyramidDownsampling::Average;
   options.Resume = this->Resume;
-  options.Source = this->SourceName;
-  const std::uint64_t held = reader.Value()->HeldBytes();
-  const std::uint64_t forInput = reader.Value()->IsWhole() ? held : input.PieceLimit;
+  options.Source = source;
   options.MemoryLimit = this->MemoryLimit - forInput;
   options.Progress = [this](std::uint64_t done, std::uint64_t total)
   {
@@ -108,7 +159,7 @@ int vtkHDF5PyramidWriter::Write()
     return this->GetAbortExecute() == 0;
   };
   this->InvokeEvent(vtkCommand::StartEvent);
-  auto report = teravox::PyramidWriter::Write(this->FileName, *reader.Value(), options);
+  auto report = teravox::PyramidWriter::Write(this->FileName, reader, options);
   this->InvokeEvent(vtkCommand::EndEvent);
   if (!report.Ok())
   {
@@ -120,17 +171,18 @@ int vtkHDF5PyramidWriter::Write()
                            ? " Beside that, the input takes " + std::to_string(forInput) + " bytes."
                            : ""));
     }
-    return 0;
+    return false;
   }
   this->FileBytes = report.Value().FileBytes;
   this->NumberOfLevels = report.Value().Levels;
   this->NumberOfChunksSaved = static_cast<vtkIdType>(report.Value().ChunksSaved);
-  return 1;
+  return true;
 }
 
 void vtkHDF5PyramidWriter::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
+  os << indent << "ImageFileName: " << this->ImageFileName << "\n";
   os << indent << "FileName: " << this->FileName << "\n";
   os << indent << "ArrayName: " << this->ArrayName << "\n";
   os << indent << "BrickSize: " << this->BrickSize << "\n";

@@ -7,6 +7,8 @@
  * The input is asked for one box after the other by UPDATE_EXTENT, so that a source that can
  * produce sub-extents is never held as a whole. An input that fits into half of MemoryLimit is
  * asked for at once, because many readers decode the whole file for any part of it.
+ * Instead of an input, ImageFileName names files that are read piece by piece without VTK's
+ * readers.
  *
  * Writes the active scalars of the points, else of the cells; or the array named by ArrayName.
  * The file appears under its name only when it is complete. Progress events tell the fraction;
@@ -20,6 +22,11 @@
 #include <string> // for the names
 
 class vtkDataObject;
+
+namespace teravox
+{
+class VoxelReader;
+}
 
 class VTKRENDERINGOUTOFCORE_EXPORT vtkHDF5PyramidWriter : public vtkAlgorithm
 {
@@ -43,6 +50,21 @@ public:
 
   /** The image to write; SetInputConnection() for a pipeline. */
   void SetInputData(vtkDataObject* data);
+
+  ///@{
+  /**
+   * An image to write instead of an input: MetaImage, NRRD, NIfTI, TIFF, DICOM; one file, a folder
+   * of slices, or a pattern of their names, with * or %03d. ArrayName has no effect. Default:
+   * empty, the input.
+   */
+  void SetImageFileName(VTK_FILEPATH const char* name);
+  const char* GetImageFileName() const { return this->ImageFileName.c_str(); }
+  ///@}
+  /**
+   * Whether ImageFileName may be this: 0 if it is another kind of file, or one of those that are
+   * left to VTK's readers, for example with voxels as text. Reads headers.
+   */
+  static int CanReadImageFile(VTK_FILEPATH const char* name);
 
   ///@{
   /** The file to write. Default: none, an error. */
@@ -115,7 +137,7 @@ public:
   ///@{
   /**
    * What the input is made of, for example the name, size and time of a file: Write() goes on only
-   * where that is the same. Default: empty.
+   * where that is the same. Default: empty; for ImageFileName its files, their sizes and times.
    */
   void SetSourceName(const char* name);
   const char* GetSourceName() const { return this->SourceName.c_str(); }
@@ -144,6 +166,13 @@ private:
   vtkHDF5PyramidWriter(const vtkHDF5PyramidWriter&) = delete;
   void operator=(const vtkHDF5PyramidWriter&) = delete;
 
+  /// Error messages were given; false.
+  bool WriteImage();
+  bool WriteInput();
+  bool WriteVolume(
+    teravox::VoxelReader& reader, const std::string& source, unsigned long long forInput);
+
+  std::string ImageFileName;
   std::string FileName;
   std::string ArrayName;
   int BrickSize = 64;

@@ -103,9 +103,10 @@ Outcome RunProgram(const std::vector<std::string>& arguments, const RunOptions& 
     Become(arguments, options, output, error);
   }
   int status = 0;
+  rusage usage{};
   if (!options.InterruptWhenExists.empty())
   {
-    while (waitpid(child, &status, WNOHANG) == 0)
+    while (wait4(child, &status, WNOHANG, &usage) == 0)
     {
       if (AnyFileBegins(options.InterruptWhenExists))
       {
@@ -115,7 +116,7 @@ Outcome RunProgram(const std::vector<std::string>& arguments, const RunOptions& 
           kill(child, number);
           std::this_thread::sleep_for(std::chrono::milliseconds(1));
         }
-        waitpid(child, &status, 0);
+        wait4(child, &status, 0, &usage);
         break;
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -123,9 +124,10 @@ Outcome RunProgram(const std::vector<std::string>& arguments, const RunOptions& 
   }
   else
   {
-    waitpid(child, &status, 0);
+    wait4(child, &status, 0, &usage);
   }
   Outcome outcome;
+  outcome.PeakBytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
   outcome.ExitCode = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   outcome.Output = ReadAll(output);
   outcome.Error = ReadAll(error);

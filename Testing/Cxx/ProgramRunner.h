@@ -16,6 +16,7 @@ struct Outcome
   int ExitCode = -1;
   std::string Output;
   std::string Error;
+  std::uint64_t PeakBytes = 0; ///< of memory that was resident
 };
 
 struct RunOptions

@@ -62,6 +62,27 @@ TEST(ProgramBenchLoad, ReadsEachChunkOnce)
   EXPECT_EQ(names.size(), 8u);
 }
 
+TEST(ProgramBenchLoad, DecodesEveryFilterThatIsRead)
+{
+  const Outcome outcome =
+    RunAndLeaveNothing({ "bench", "load", "--edge", "320", "--repetitions", "1", "--types", "u16",
+      "--filters", "scale-offset,szip,lzf,blosc,bitshuffle+lz4,zstd", "--json" });
+  ASSERT_EQ(outcome.ExitCode, 0) << outcome.Error;
+  const auto json = nlohmann::json::parse(outcome.Output);
+  ASSERT_EQ(json["rows"].size(), 6u);
+  for (const auto& row : json["rows"])
+  {
+    SCOPED_TRACE(row.dump());
+    EXPECT_EQ(row["bricks"], 125);
+    EXPECT_GT(row["ratio"], 0);
+    EXPECT_LE(row["stored_bytes"].get<double>(), row["decoded_bytes"].get<double>());
+  }
+  const Outcome floats = RunAndLeaveNothing(
+    { "bench", "load", "--edge", "320", "--filters", "scale-offset", "--types", "f32" });
+  EXPECT_EQ(floats.ExitCode, 1);
+  EXPECT_NE(floats.Error.find("for integers"), std::string::npos) << floats.Error;
+}
+
 TEST(ProgramBenchLoad, PrintsATable)
 {
   const Outcome outcome = RunAndLeaveNothing({ "bench", "load", "--edge", "320", "--repetitions",

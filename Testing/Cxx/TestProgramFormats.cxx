@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "FileContents.h"
 #include "ProgramRunner.h"
 #include "TestFormatsSupport.h"
 
@@ -74,9 +75,11 @@ TEST(ProgramFormats, ASidecarIsReadInsteadOfTheOneLevelItWasMadeOf)
   TERAVOX_FORMAT_FILES(files, "single");
   const std::string file = files->File("one.h5");
   const auto before = std::filesystem::last_write_time(file);
+  const std::string bytes = ContentsOf(file);
   const Outcome converted = RunProgram({ "convert", file, "--brick", "8", "--quiet" });
   ASSERT_EQ(converted.ExitCode, 0) << converted.Error;
   EXPECT_EQ(std::filesystem::last_write_time(file), before);
+  EXPECT_TRUE(ContentsOf(file) == bytes);
   const auto source = OpenFormat(file);
   ASSERT_TRUE(source);
   EXPECT_GT(source->Info().Layout.NumberOfLevels(), 1);

@@ -3,6 +3,7 @@
 //
 // Conversions that are killed at any moment: what lies under the final name is whole, or isn't
 // there.
+#include "FileContents.h"
 #include "HDF5BrickSource.h"
 #include "ProgramRunner.h"
 #include "VTKTestSupport.h"
@@ -12,9 +13,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <gtest/gtest.h>
-#include <iterator>
 #include <random>
 #include <string>
 #include <sys/wait.h>
@@ -24,6 +23,7 @@
 
 using namespace teravox;
 using namespace teravox::test;
+using teravox::testing::ContentsOf;
 
 namespace
 {
@@ -62,12 +62,6 @@ bool RunAndKill(const std::vector<std::string>& arguments, std::chrono::microsec
   return WIFSIGNALED(status);
 }
 
-std::string BytesOf(const std::string& file)
-{
-  std::ifstream in(file, std::ios::binary);
-  return { std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>() };
-}
-
 } // namespace
 
 TEST(ProgramConvert, KilledAtAnyMomentNothingLooksWhole)
@@ -77,7 +71,7 @@ TEST(ProgramConvert, KilledAtAnyMomentNothingLooksWhole)
   ASSERT_EQ(RunProgram(Conversion(reference)).ExitCode, 0);
   const auto took =
     std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - began);
-  const std::string whole = BytesOf(reference);
+  const std::string whole = ContentsOf(reference);
   const std::string out = FreshFileName("killed-often.h5");
   const std::filesystem::path folder = std::filesystem::path(out).parent_path();
   std::mt19937 random(12);
@@ -92,7 +86,7 @@ TEST(ProgramConvert, KilledAtAnyMomentNothingLooksWhole)
                   static_cast<std::int64_t>(at * static_cast<double>(took.count()))))
       ? 1
       : 0;
-    EXPECT_TRUE(!std::filesystem::exists(out) || BytesOf(out) == whole) << "kill " << i;
+    EXPECT_TRUE(!std::filesystem::exists(out) || ContentsOf(out) == whole) << "kill " << i;
     std::filesystem::remove(out);
     for (const auto& entry : std::filesystem::directory_iterator(folder))
     {
@@ -101,7 +95,8 @@ TEST(ProgramConvert, KilledAtAnyMomentNothingLooksWhole)
       {
         ++unfinished;
         HDF5OpenOptions options;
-        EXPECT_TRUE(!HDF5BrickSource::Open(name, options).Ok() || BytesOf(name) == whole) << name;
+        EXPECT_TRUE(!HDF5BrickSource::Open(name, options).Ok() || ContentsOf(name) == whole)
+          << name;
       }
     }
   }
@@ -109,7 +104,7 @@ TEST(ProgramConvert, KilledAtAnyMomentNothingLooksWhole)
   EXPECT_GT(unfinished, 0) << "no kill has met a conversion";
   // The next one takes away what they left, and is as any other.
   ASSERT_EQ(RunProgram(Conversion(out)).ExitCode, 0);
-  EXPECT_TRUE(BytesOf(out) == whole);
+  EXPECT_TRUE(ContentsOf(out) == whole);
   for (const auto& entry : std::filesystem::directory_iterator(folder))
   {
     const std::string name = entry.path().filename().string();

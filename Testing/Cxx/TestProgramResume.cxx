@@ -1,14 +1,13 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "FileContents.h"
 #include "ProgramRunner.h"
 #include "VTKTestSupport.h"
 
 #include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <fstream>
 #include <gtest/gtest.h>
-#include <iterator>
 #include <random>
 #include <string>
 #include <vector>
@@ -20,12 +19,7 @@ using teravox::test::FreshFileName;
 using teravox::test::Outcome;
 using teravox::test::RunOptions;
 using teravox::test::RunProgram;
-
-std::string Contents(const std::string& file)
-{
-  std::ifstream in(file, std::ios::binary);
-  return { std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>() };
-}
+using teravox::testing::ContentsOf;
 
 std::vector<std::string> Command(const std::string& out)
 {
@@ -53,7 +47,7 @@ TEST(ProgramResume, KilledAtRandomMomentsTheFileIsTheSame)
   const int length = static_cast<int>(
     std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - begin)
       .count());
-  const std::string truth = Contents(whole);
+  const std::string truth = ContentsOf(whole);
   const std::string out = FreshFileName("killed.h5");
   std::mt19937 random(9);
   int kills = 0;
@@ -70,19 +64,19 @@ TEST(ProgramResume, KilledAtRandomMomentsTheFileIsTheSame)
     {
       ++kills;
       // Killed after the file got its name, it is whole; before, nothing is there.
-      EXPECT_TRUE(!std::filesystem::exists(out) || Contents(out) == truth);
+      EXPECT_TRUE(!std::filesystem::exists(out) || ContentsOf(out) == truth);
     }
     else
     {
       ASSERT_EQ(outcome.ExitCode, 0) << outcome.Error;
-      EXPECT_TRUE(Contents(out) == truth);
+      EXPECT_TRUE(ContentsOf(out) == truth);
     }
     std::filesystem::remove(out);
   }
   ASSERT_EQ(kills, 6);
   const Outcome last = RunProgram(Command(out));
   ASSERT_EQ(last.ExitCode, 0) << last.Error;
-  EXPECT_TRUE(Contents(out) == truth);
+  EXPECT_TRUE(ContentsOf(out) == truth);
   EXPECT_EQ(FilesLike(out), 1u);
   EXPECT_EQ(RunProgram({ "verify", out }).ExitCode, 0);
 }

@@ -23,6 +23,9 @@ import teravox
 FILES = [
     ("Imaris", "imaris", "small.ims", ""),
     ("BigDataViewer", "bigdataviewer", "legacy.h5", ""),
+    ("VTKHDF", "vtkhdf", "static.vtkhdf", ""),
+    ("VTKHDF AMR", "amr", "boxes.vtkhdf", ""),
+    ("OME-NGFF", "ngff", "five.h5", ""),
     ("N5 in HDF5", "n5", "plain.h5", "/volumes/raw"),
     ("Paintera", "n5", "paintera.h5", ""),
     ("EMD", "single", "emd.emd", ""),

@@ -128,6 +128,61 @@ class Files(Folder):
         with self.assertRaisesRegex(RuntimeError, "c.mha"):
             teravox.convert(self.path("c.mha"), self.path("c.h5"), progress=False)
 
+    def test_images_go_on_where_they_were_stopped(self):
+        image = vtk.vtkImageData()
+        image.SetDimensions(160, 150, 140)
+        image.AllocateScalars(vtk.VTK_UNSIGNED_SHORT, 1)
+        voxels = vtk_to_numpy(image.GetPointData().GetScalars())
+        voxels[:] = np.arange(voxels.size) % 65521
+        writer = vtk.vtkMetaImageWriter()
+        writer.SetInputData(image)
+        writer.SetFileName(self.path("a.mha"))
+        writer.Write()
+        options = {"memory": "24M", "brick_size": 32}
+        teravox.convert(self.path("a.mha"), self.path("whole.h5"), progress=False, **options)
+
+        class Enough(Exception):
+            pass
+
+        def stop(done, total):
+            if done > total / 3:
+                raise Enough
+
+        for wanted in (False, True):
+            with self.assertRaises(Enough):
+                teravox.convert(
+                    self.path("a.mha"), self.path("b.h5"), progress=stop, resume=wanted, **options
+                )
+            left = [n for n in os.listdir(self.folder) if n.startswith("b.h5")]
+            self.assertEqual(len(left), 2 if wanted else 0, left)
+        teravox.convert(
+            self.path("a.mha"), self.path("b.h5"), resume=True, progress=False, **options
+        )
+        with open(self.path("whole.h5"), "rb") as whole, open(self.path("b.h5"), "rb") as resumed:
+            self.assertTrue(whole.read() == resumed.read())
+        back = teravox.read(teravox.open(self.path("b.h5")))
+        np.testing.assert_array_equal(back.ravel(), voxels)
+
+    def test_folders_and_patterns_of_slices_are_converted(self):
+        slices = noise((5, 40, 30), "u2")
+        os.mkdir(self.path("stack"))
+        for z, plane in enumerate(slices):
+            image = vtk.vtkImageData()
+            image.SetDimensions(30, 40, 1)
+            image.AllocateScalars(vtk.VTK_UNSIGNED_SHORT, 1)
+            vtk_to_numpy(image.GetPointData().GetScalars())[:] = plane.ravel()
+            writer = vtk.vtkTIFFWriter()
+            writer.SetInputData(image)
+            writer.SetFileName(self.path(f"stack/s{z}.tif"))
+            writer.Write()
+        for name in ("stack", "stack/s*.tif"):
+            teravox.convert(self.path(name), self.path("s.h5"), progress=False)
+            back = teravox.read(teravox.open(self.path("s.h5")))
+            # TIFF's first row is the uppermost one, VTK's the lowest: written and read, they are the same.
+            np.testing.assert_array_equal(back[:, ::-1], slices)
+        with self.assertRaises(FileNotFoundError):
+            teravox.convert(self.path("none.nii"), self.path("s.h5"), progress=False)
+
     def test_progress(self):
         array = noise((200, 200, 100), "u1")
         calls = []

@@ -51,7 +51,7 @@ File OpenFile(const std::string& name)
   }();
   static_cast<void>(quiet);
   LastError().clear();
-  return File(TIFFOpen(name.c_str(), "r"));
+  return File(TIFFOpen(name.c_str(), "rm"));
 }
 
 Status Damaged(const std::string& name)

@@ -1,0 +1,212 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "ImageVolume.h"
+
+#include "DICOMSeries.h"
+#include "FileList.h"
+#include "SliceVoxelReader.h"
+#include "TIFFStack.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+namespace teravox
+{
+
+namespace
+{
+enum class Kind
+{
+  None,
+  MetaImage,
+  NRRD,
+  NIfTI,
+  TIFF,
+  DICOM
+};
+
+struct Extension
+{
+  const char* End;
+  Kind Of;
+};
+
+constexpr std::array<Extension, 13> Extensions{ { { ".nii", Kind::NIfTI },
+  { ".nii.gz", Kind::NIfTI }, { ".hdr", Kind::NIfTI }, { ".hdr.gz", Kind::NIfTI },
+  { ".img", Kind::NIfTI }, { ".img.gz", Kind::NIfTI }, { ".mha", Kind::MetaImage },
+  { ".mhd", Kind::MetaImage }, { ".nrrd", Kind::NRRD }, { ".nhdr", Kind::NRRD },
+  { ".tif", Kind::TIFF }, { ".tiff", Kind::TIFF }, { ".dcm", Kind::DICOM } } };
+
+Kind KindByName(const std::string& name)
+{
+  std::string lower = name;
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const Extension& extension : Extensions)
+  {
+    const std::string end = extension.End;
+    if (lower.size() >= end.size() &&
+      lower.compare(lower.size() - end.size(), end.size(), end) == 0)
+    {
+      return extension.Of;
+    }
+  }
+  return Kind::None;
+}
+
+bool IsFolder(const std::string& name)
+{
+  std::error_code error;
+  return std::filesystem::is_directory(name, error);
+}
+
+Result<ImageVolume> OfReader(const Result<std::shared_ptr<VoxelReader>>& reader,
+  std::uint64_t memory, std::vector<std::string> files)
+{
+  if (!reader.Ok())
+  {
+    return reader.GetStatus();
+  }
+  ImageVolume volume;
+  if (const auto* slices = dynamic_cast<const SliceVoxelReader*>(reader.Value().get()))
+  {
+    volume.ReaderBytes = std::max<std::uint64_t>(memory / 4, slices->SliceBytes());
+    if (volume.ReaderBytes > memory / 2)
+    {
+      return Status(StatusCode::ResourceExhausted,
+        "A slice of " + files.front() + " takes " + std::to_string(volume.ReaderBytes) +
+          " bytes of memory; half of what is allowed is " + std::to_string(memory / 2) + ".");
+    }
+  }
+  volume.Reader = reader.Value();
+  volume.Files = std::move(files);
+  return volume;
+}
+
+Result<ImageVolume> OpenStack(const ImageVolume::Request& request, std::vector<std::string> files)
+{
+  TIFFStack::Request stack;
+  stack.Files = files;
+  stack.Channel = request.Channel;
+  stack.TimePoint = request.TimePoint;
+  stack.CacheBytes = request.Memory / 4;
+  return OfReader(TIFFStack::Open(stack), request.Memory, std::move(files));
+}
+
+Result<ImageVolume> OpenSeries(const ImageVolume::Request& request, std::vector<std::string> files)
+{
+  DICOMSeries::Request series;
+  series.Files = files;
+  series.Series = request.Series;
+  series.CacheBytes = request.Memory / 4;
+  return OfReader(DICOMSeries::Open(series), request.Memory, std::move(files));
+}
+
+/// A folder or a pattern.
+Result<ImageVolume> OpenSeveral(
+  const ImageVolume::Request& request, const std::vector<std::string>& files)
+{
+  if (std::any_of(files.begin(), files.end(), &DICOMSeries::IsDICOM))
+  {
+    return OpenSeries(request, files);
+  }
+  std::vector<std::string> pictures;
+  std::copy_if(files.begin(), files.end(), std::back_inserter(pictures),
+    [](const std::string& file) { return KindByName(file) == Kind::TIFF; });
+  if (pictures.empty())
+  {
+    return Status(StatusCode::NotFound,
+      request.Name +
+        (IsPattern(request.Name) ? " matches no DICOM or TIFF files."
+                                 : " is a folder without DICOM or TIFF files."));
+  }
+  return OpenStack(request, pictures);
+}
+} // namespace
+
+bool ImageVolume::IsImage(const std::string& name)
+{
+  return IsPattern(name) || IsFolder(name) || KindByName(name) != Kind::None ||
+    DICOMSeries::IsDICOM(name);
+}
+
+Result<ImageVolume> ImageVolume::Open(
+  const Result<RawVolume>& volume, const std::string& name, std::uint64_t memory)
+{
+  if (!volume.Ok())
+  {
+    return volume.GetStatus();
+  }
+  std::vector<std::string> files = volume.Value().Files;
+  if (files.front() != name)
+  {
+    files.push_back(name);
+  }
+  return OfReader(RawVolume::Open(volume.Value(), memory / 4), memory, std::move(files));
+}
+
+Result<ImageVolume> ImageVolume::Open(const Request& request)
+{
+  const std::string& name = request.Name;
+  if (IsPattern(name))
+  {
+    return OpenSeveral(request, FilesLike(name));
+  }
+  std::error_code error;
+  if (!std::filesystem::exists(name, error))
+  {
+    return Status(StatusCode::NotFound, name + " doesn't exist.");
+  }
+  if (IsFolder(name))
+  {
+    return OpenSeveral(request, FilesIn(name));
+  }
+  switch (KindByName(name))
+  {
+    case Kind::NIfTI:
+      return Open(ReadNIfTIHeader(name, request.TimePoint), name, request.Memory);
+    case Kind::MetaImage:
+      return Open(ReadMetaImageHeader(name), name, request.Memory);
+    case Kind::NRRD:
+      return Open(ReadNRRDHeader(name), name, request.Memory);
+    case Kind::TIFF:
+      return OpenStack(request, { name });
+    case Kind::DICOM:
+      return OpenSeries(request, { name });
+    case Kind::None:
+    default:
+      break;
+  }
+  return DICOMSeries::IsDICOM(name) ? OpenSeries(request, { name })
+                                    : Result<ImageVolume>(Status(StatusCode::Unsupported,
+                                        name + " is no image that is read piece by piece."));
+}
+
+std::string ImageVolume::SourceName(
+  const std::string& choice, const std::vector<std::string>& files)
+{
+  std::string text = choice;
+  for (const std::string& file : files)
+  {
+    std::error_code error;
+    const auto size = std::filesystem::file_size(file, error);
+    const auto time = std::filesystem::last_write_time(file, error).time_since_epoch().count();
+    text += "\n" + file + " " + std::to_string(size) + " " + std::to_string(time);
+  }
+  // Thousands of slices have a long text: its hash tells them apart as well.
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (const char c : text)
+  {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+  }
+  std::array<char, 32> hex{};
+  std::snprintf(hex.data(), hex.size(), "%016llx", static_cast<unsigned long long>(hash));
+  return std::to_string(files.size()) + " files " + hex.data();
+}
+
+} // namespace teravox

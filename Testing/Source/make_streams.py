@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: Teravox contributors
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes one volume as an image of every kind that is converted piece by piece: make_streams.py FOLDER.
+
+Each is larger than the memory that the tests allow. `volume.bin` holds the voxels alone; its size is
+in DIMENSIONS of the test.
+"""
+import gzip
+import os
+import struct
+import sys
+import zlib
+
+import h5py
+import numpy as np
+
+from format_files import keep
+from image_files import dicom, meta, nifti, tiff
+
+folder = sys.argv[1]
+z, y, x = np.ogrid[0:224, 0:256, 0:288]
+noise = np.random.default_rng(1).integers(0, 8, (32, 256, 288)).astype("<u2")
+a = ((x * y // 16 + 40 * z) % 4000).astype("<u2")
+a += np.tile(noise, (7, 1, 1))
+keep(folder, "volume", a)
+
+
+def put(name, *parts):
+    os.makedirs(os.path.dirname(f"{folder}/{name}"), exist_ok=True)
+    with open(f"{folder}/{name}", "wb") as f:
+        for part in parts:
+            f.write(part)
+
+
+raw = a.tobytes()
+packed = zlib.compress(raw, 1)
+zipped = gzip.compress(raw, 1)
+put("plain.mha", meta(a, "LOCAL"), raw)
+put("packed.mha", meta(a, "LOCAL", extra="CompressedData = True\n"), packed)
+put("plain.nii", nifti(a, "<"), raw)
+put("packed.nii.gz", gzip.compress(nifti(a, "<") + raw, 1))
+for name, encoding, data in (("plain", "raw", raw), ("packed", "gzip", zipped)):
+    put(f"{name}.nrrd", (f"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 288 256 224\nendian: little\n"
+                         f"encoding: {encoding}\n\n").encode(), data)
+put("pages.tif", tiff(a, packed=True, strip=64))
+for k in range(a.shape[0]):
+    put(f"stack/slice{k}.tif", tiff(a[k:k + 1]))
+    put(f"series/{k}.dcm", dicom(a[k], (0, 0, 2.0 * k)))
+
+
+def vti(name, compressor, data):
+    extent = "0 287 0 255 0 223"
+    put(name, (f'<?xml version="1.0"?>\n<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" '
+               f'header_type="UInt64"{compressor}>\n<ImageData WholeExtent="{extent}" Origin="0 0 0" '
+               f'Spacing="1 1 1">\n<Piece Extent="{extent}"><PointData Scalars="v"><DataArray type="UInt16" '
+               f'Name="v" format="appended" offset="0"/></PointData></Piece></ImageData>\n'
+               f'<AppendedData encoding="raw">_').encode(), data, b"\n</AppendedData></VTKFile>\n")
+
+
+vti("plain.vti", "", struct.pack("<Q", len(raw)) + raw)
+block = 1 << 16
+pieces = [zlib.compress(raw[i:i + block], 1) for i in range(0, len(raw), block)]
+head = [len(pieces), block, len(raw) % block] + [len(p) for p in pieces]
+vti("packed.vti", ' compressor="vtkZLibDataCompressor"', struct.pack(f"<{len(head)}Q", *head) + b"".join(pieces))
+with h5py.File(f"{folder}/chunks.h5", "w") as f:
+    f.create_dataset("v", data=a, chunks=(32, 32, 32), compression="lzf")

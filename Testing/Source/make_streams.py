@@ -9,7 +9,6 @@ import gzip
 import os
 import struct
 import sys
-import zlib
 
 import h5py
 import numpy as np
@@ -33,34 +32,20 @@ def put(name, *parts):
 
 
 raw = a.tobytes()
-packed = zlib.compress(raw, 1)
-zipped = gzip.compress(raw, 1)
 put("plain.mha", meta(a, "LOCAL"), raw)
-put("packed.mha", meta(a, "LOCAL", extra="CompressedData = True\n"), packed)
-put("plain.nii", nifti(a, "<"), raw)
 put("packed.nii.gz", gzip.compress(nifti(a, "<") + raw, 1))
-for name, encoding, data in (("plain", "raw", raw), ("packed", "gzip", zipped)):
-    put(f"{name}.nrrd", (f"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 288 256 224\nendian: little\n"
-                         f"encoding: {encoding}\n\n").encode(), data)
+put("plain.nrrd", b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 288 256 224\nendian: little\n"
+    b"encoding: raw\n\n", raw)
 put("pages.tif", tiff(a, packed=True, strip=64))
 for k in range(a.shape[0]):
     put(f"stack/slice{k}.tif", tiff(a[k:k + 1]))
     put(f"series/{k}.dcm", dicom(a[k], (0, 0, 2.0 * k)))
-
-
-def vti(name, compressor, data):
-    extent = "0 287 0 255 0 223"
-    put(name, (f'<?xml version="1.0"?>\n<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" '
-               f'header_type="UInt64"{compressor}>\n<ImageData WholeExtent="{extent}" Origin="0 0 0" '
-               f'Spacing="1 1 1">\n<Piece Extent="{extent}"><PointData Scalars="v"><DataArray type="UInt16" '
-               f'Name="v" format="appended" offset="0"/></PointData></Piece></ImageData>\n'
-               f'<AppendedData encoding="raw">_').encode(), data, b"\n</AppendedData></VTKFile>\n")
-
-
-vti("plain.vti", "", struct.pack("<Q", len(raw)) + raw)
-block = 1 << 16
-pieces = [zlib.compress(raw[i:i + block], 1) for i in range(0, len(raw), block)]
-head = [len(pieces), block, len(raw) % block] + [len(p) for p in pieces]
-vti("packed.vti", ' compressor="vtkZLibDataCompressor"', struct.pack(f"<{len(head)}Q", *head) + b"".join(pieces))
+extent = "0 287 0 255 0 223"
+put("plain.vti", (f'<?xml version="1.0"?>\n<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" '
+                  f'header_type="UInt64">\n<ImageData WholeExtent="{extent}" Origin="0 0 0" Spacing="1 1 1">\n'
+                  f'<Piece Extent="{extent}"><PointData Scalars="v"><DataArray type="UInt16" Name="v" '
+                  f'format="appended" offset="0"/></PointData></Piece></ImageData>\n'
+                  f'<AppendedData encoding="raw">_').encode(), struct.pack("<Q", len(raw)), raw,
+    b"\n</AppendedData></VTKFile>\n")
 with h5py.File(f"{folder}/chunks.h5", "w") as f:
     f.create_dataset("v", data=a, chunks=(32, 32, 32), compression="lzf")

@@ -144,7 +144,7 @@ Status HDF5Levels::OpenLevels(VolumeDescription& d)
 // Coarser levels for a large volume that has none.
 Status HDF5Levels::AddPreviews(VolumeDescription& d, int brickSize, std::uint64_t previewsFrom)
 {
-  const Int3& size = this->Sizes.front();
+  const Int3 size = this->Sizes.front(); // a copy: levels are added below
   const double voxels =
     static_cast<double>(size[0]) * static_cast<double>(size[1]) * static_cast<double>(size[2]);
   if (this->Datasets.size() > 1 || !d.StatisticsPath.empty() || d.Boxes ||

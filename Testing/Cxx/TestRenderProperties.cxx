@@ -9,6 +9,7 @@
 
 #include <functional>
 #include <gtest/gtest.h>
+#include <vtkColorTransferFunction.h>
 #include <vtkCommand.h>
 #include <vtkContourValues.h>
 #include <vtkDataArray.h>
@@ -50,6 +51,7 @@ struct Property
   bool ToImage = false; ///< it matters with RenderToImage only
   int Components = 1;
   bool GradientOpacity = false; ///< there is one from the begin
+  bool Labels = false;          ///< there is a label mask from the begin, label 1 has a function
 };
 
 // What is seen: the window, and the depth image where one is asked for.
@@ -72,6 +74,7 @@ std::vector<float> PictureOf(Stage& stage)
 vtkSmartPointer<vtkImageData> Mask()
 {
   ImageOptions options;
+  options.High = 1;
   return MakeImage(options, [](double x, double, double) { return x > 0.5 ? 1.0 : 0.0; });
 }
 
@@ -108,7 +111,8 @@ std::vector<Property> Properties()
         s.Mapper->SetMaskTypeToBinary();
         s.Mapper->SetBlendModeToMaximumIntensity();
       } },
-    { "MaskBlendFactor", [](Stage& s) { s.Mapper->SetMaskBlendFactor(0.5f); } },
+    { "MaskBlendFactor", [](Stage& s) { s.Mapper->SetMaskBlendFactor(0.5f); }, false, false, 1,
+      false, true },
     { "UseJittering", [](Stage& s) { s.Mapper->UseJitteringOn(); } },
     { "UseDepthPass", [](Stage& s) { s.Mapper->UseDepthPassOn(); } },
     { "RenderToImage", [](Stage& s) { s.Mapper->RenderToImageOn(); } },
@@ -202,7 +206,24 @@ std::vector<Property> Properties()
       } },
     // Without a function there is no slice.
     { "SliceFunction", [](Stage& s) { s.Mapper->SetBlendModeToSlice(); } },
-    { "Label", [](Stage& s) { s.Property->SetLabelScalarOpacity(1, s.Opacity); } },
+    { "LabelScalarOpacity", [](Stage& s) { s.Property->SetLabelScalarOpacity(1, s.Opacity); },
+      false, false, 1, false, true },
+    { "LabelColor",
+      [](Stage& s)
+      {
+        vtkNew<vtkColorTransferFunction> red;
+        red->AddRGBPoint(0, 1, 0, 0);
+        s.Property->SetLabelColor(1, red);
+      },
+      false, false, 1, false, true },
+    { "LabelGradientOpacity",
+      [](Stage& s)
+      {
+        vtkNew<vtkPiecewiseFunction> half;
+        half->AddPoint(0, 0.5);
+        s.Property->SetLabelGradientOpacity(1, half);
+      },
+      false, false, 1, false, true },
     { "ShaderProperty",
       [](Stage& s)
       {
@@ -269,6 +290,14 @@ TEST(Contract9, EachPropertyChangesThePictureOrWarnsOnce)
     if (property.GradientOpacity)
     {
       stage.SetGradientOpacity({ { 2, 0 }, { 14, 1 } });
+    }
+    if (property.Labels)
+    {
+      vtkNew<vtkPiecewiseFunction> faint;
+      faint->AddPoint(0, 0.01);
+      stage.Property->SetLabelScalarOpacity(1, faint);
+      stage.Mapper->SetMaskInput(Mask());
+      stage.Mapper->SetMaskTypeToLabelMap();
     }
     stage.Look({ 0.4, 1, -0.3 }, 0.8);
     vtkNew<WarningRecorder> recorder;

@@ -57,7 +57,8 @@ TEST(NativeGradient, TableSamplesTheFunction)
 TEST(NativeGradient, ParametersAreInTermsOfVTK)
 {
   TransferFunction function;
-  function.LastGradient = 10;
+  function.LastGradient = 10; // of a function that there is
+  function.GradientOpacity = [](double) { return 0.5; };
   // Voxels 2, 1 and 3 apart; a turn changes nothing.
   const Matrix4 matrix{ 0, -1, 0, 5, 2, 0, 0, 6, 0, 0, 3, 7, 0, 0, 0, 1 };
   const double nodes = (GradientTable::Nodes - 1) / 10.0;

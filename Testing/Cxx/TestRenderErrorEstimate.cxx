@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <gtest/gtest.h>
 #include <random>
 #include <string>
@@ -285,7 +286,11 @@ TEST_P(ErrorEstimate, HoldsOnRandomScenes)
   stage.Mapper->SetBrickSize(BrickEdge);
   stage.Mapper->ErrorEstimateOn();
   Tally tally;
-  for (int i = 0; i < ScenesPerBatch && !HasFatalFailure(); ++i)
+  // Shaders without a GPU take four times as long: a quarter of the scenes, unless all are asked for.
+  const bool all = TestedMarcher() == vtkOutOfCoreVolumeMapper::MARCHER_NATIVE ||
+    std::getenv("TERAVOX_TEST_ALL_SCENES") != nullptr;
+  const int step = all ? 1 : 4;
+  for (int i = 0; i < ScenesPerBatch && !HasFatalFailure(); i += step)
   {
     DrawScene(static_cast<unsigned>(GetParam() * ScenesPerBatch + i),
       GetParam() >= BatchesWithoutGradientOpacity, stage, tally);
@@ -298,8 +303,8 @@ TEST_P(ErrorEstimate, HoldsOnRandomScenes)
     tally.Incomplete);
   EXPECT_LE(static_cast<double>(tally.Below), 0.01 * static_cast<double>(tally.Pixels));
   EXPECT_LE(tally.LargestShortage, 1) << tally.WorstScene;
-  EXPECT_GT(tally.Ratios.size(), 1000u);
-  EXPECT_GT(tally.Incomplete, 10u);
+  EXPECT_GT(step * tally.Ratios.size(), 1000u);
+  EXPECT_GT(step * tally.Incomplete, 10u);
   EXPECT_LT(tally.MedianRatio(), 20);
 }
 

@@ -286,7 +286,8 @@ TEST_P(ErrorEstimate, HoldsOnRandomScenes)
   stage.Mapper->SetBrickSize(BrickEdge);
   stage.Mapper->ErrorEstimateOn();
   Tally tally;
-  // Shaders without a GPU take four times as long: a quarter of the scenes, unless all are asked for.
+  // Shaders without a GPU take four times as long: a quarter of the scenes, unless all are asked
+  // for.
   const bool all = TestedMarcher() == vtkOutOfCoreVolumeMapper::MARCHER_NATIVE ||
     std::getenv("TERAVOX_TEST_ALL_SCENES") != nullptr;
   const int step = all ? 1 : 4;

@@ -129,6 +129,38 @@ PictureScene ConstantScene(const Int3& dimensions, double opacity)
     LookAt({ w / 2, h / 2, -10 }, { w / 2, h / 2, 0 }, { 0, 1, 0 }), Parallel(h, w / h, 1, 1000));
   return scene;
 }
+// The picture, and the one of which nothing was skipped.
+struct TwoPictures
+{
+  Picture Whole;
+  Picture Everything;
+};
+
+// In a few slots, in short passes, without skipping, by the other instruction set.
+TwoPictures ExpectSameBitsByAnyMeans(const PictureScene& scene, const std::string& name)
+{
+  TwoPictures pictures;
+  pictures.Whole = Draw(scene);
+  ExpectSound(pictures.Whole, name);
+  EXPECT_GT(pictures.Whole.Strongest(), 0.2f) << name;
+  PictureMeans means;
+  means.Slots = 4;
+  const Picture few = Draw(scene, means);
+  ExpectSameBits(pictures.Whole, few, name + ", four slots");
+  EXPECT_GT(few.Evictions, 0u) << name;
+  means = {};
+  means.StepsPerPass = 37;
+  ExpectSameBits(pictures.Whole, Draw(scene, means), name + ", short passes");
+  means = {};
+  means.Skip = false;
+  pictures.Everything = Draw(scene, means);
+  ExpectSameBits(pictures.Whole, pictures.Everything, name + ", nothing skipped");
+  means = {};
+  means.Baseline = true;
+  ExpectSameBits(pictures.Whole, Draw(scene, means), name + ", any processor");
+  return pictures;
+}
+
 } // namespace
 
 // Each ray of a ConstantScene crosses whole voxels of its column, and half of the first and the
@@ -223,26 +255,9 @@ TEST(NativeMask, SameBitsByAnyMeans)
       const Int3 n = scene.Source->Info().Layout.Dimensions(0);
       const Picture plain = Draw(scene);
       scene.Source = Masked(scene.Source, [n](const Int3& at) { return IsInSponge(at, n); });
-      const Picture whole = Draw(scene);
-      ExpectSound(whole, name);
-      EXPECT_GT(whole.Strongest(), 0.2f) << name;
+      const auto [whole, all] = ExpectSameBitsByAnyMeans(scene, name);
       EXPECT_NE(whole.Colors, plain.Colors) << name;
-      PictureMeans means;
-      means.Slots = 4;
-      const Picture few = Draw(scene, means);
-      ExpectSameBits(whole, few, name + ", four slots");
-      EXPECT_GT(few.Evictions, 0u) << name;
-      means = {};
-      means.StepsPerPass = 37;
-      ExpectSameBits(whole, Draw(scene, means), name + ", short passes");
-      means = {};
-      means.Skip = false;
-      const Picture all = Draw(scene, means);
-      ExpectSameBits(whole, all, name + ", nothing skipped");
       EXPECT_GT(all.Uploads, whole.Uploads) << name;
-      means = {};
-      means.Baseline = true;
-      ExpectSameBits(whole, Draw(scene, means), name + ", any processor");
     });
 }
 
@@ -404,25 +419,8 @@ TEST(NativeLabels, SameBitsByAnyMeans)
           label = WithGradientOpacity(
             label, 0.005 * (range.Max - range.Min), 0.05 * (range.Max - range.Min));
         }
-        const Picture whole = Draw(scene);
-        ExpectSound(whole, name);
-        EXPECT_GT(whole.Strongest(), 0.2f) << name;
-        PictureMeans means;
-        means.Slots = 4;
-        const Picture few = Draw(scene, means);
-        ExpectSameBits(whole, few, name + ", four slots");
-        EXPECT_GT(few.Evictions, 0u) << name;
-        means = {};
-        means.StepsPerPass = 37;
-        ExpectSameBits(whole, Draw(scene, means), name + ", short passes");
-        means = {};
-        means.Skip = false;
-        const Picture all = Draw(scene, means);
-        ExpectSameBits(whole, all, name + ", nothing skipped");
+        const auto [whole, all] = ExpectSameBitsByAnyMeans(scene, name);
         EXPECT_GT(all.Samples, whole.Samples) << name;
-        means = {};
-        means.Baseline = true;
-        ExpectSameBits(whole, Draw(scene, means), name + ", any processor");
       }
     }
   }

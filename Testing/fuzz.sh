@@ -8,7 +8,7 @@
 #   fuzz.sh [number of inputs per target, default 100000] [target...]
 #
 # Builds in build/fuzz (TERAVOX_BUILD_DIR changes build/). What it finds lies in build/fuzz/found. The
-# exit code is 0 if nothing was found but crashes of the HDF5 library itself, which are counted.
+# exit code is 0 if nothing was found but crashes and hangs of the HDF5 library itself, which are counted.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 build=${TERAVOX_BUILD_DIR:-$root/build}/fuzz
@@ -57,7 +57,7 @@ for target in "${targets[@]}"; do
     [ "$result" -ne 0 ] || break
     # The innermost frame outside of the C library and of the sanitizers tells whose fault it is; of a
     # leak, who asked for the memory.
-    frame=$(grep -E '^ *#[0-9]+ ' "$log" | grep -vE 'libc\.so|__asan|__interceptor|__sanitizer|in (mem|str|malloc|calloc|realloc)|\(BuildId.*libasan' |
+    frame=$(grep -E '^ *#[0-9]+ ' "$log" | grep -vE 'libc\.so|in fuzzer::|__asan|__interceptor|__sanitizer|in (mem|str|malloc|calloc|realloc)|\(BuildId.*libasan' |
       head -1 || true)
     if echo "$frame" | grep -q libhdf5; then
       excused=$((excused + 1))
@@ -69,6 +69,6 @@ for target in "${targets[@]}"; do
       break
     fi
   done
-  echo "== $target: $((runs - (left > 0 ? left : 0))) inputs in $((SECONDS - start)) s, $excused crashes of the HDF5 library"
+  echo "== $target: $((runs - (left > 0 ? left : 0))) inputs in $((SECONDS - start)) s, $excused crashes or hangs of the HDF5 library"
 done
 exit "$failed"

@@ -107,14 +107,6 @@ std::vector<TruthLevel> LevelsOfLabels(const PyramidLayout& layout, const LabelO
   return levels;
 }
 
-void Prepare(Stage& stage, vtkImageData* image, const ImageOptions& options = {})
-{
-  stage.Mapper->SetBrickSize(BrickEdge);
-  stage.SetImage(image);
-  stage.SetTransfer(MakeTransfer(OpacityShape::Ramp, options.Low, options.High));
-  stage.Look({ 0.4, 1, -0.3 }, 0.8);
-}
-
 void ExpectLabels(
   Stage& stage, BrickSource& source, const LabelOf& labelOf, const std::string& name)
 {
@@ -134,7 +126,7 @@ TEST(TruthOfLabels, EachWayAndType)
     const auto image = MakeImage(options);
     const auto source = SourceOfImage(image, BrickEdge, false);
     Stage stage(36, 36);
-    Prepare(stage, image, options);
+    PrepareForMask(stage, BrickEdge, image, options);
     SetLabels(stage.Property, options.Low, options.High);
     SetLabelMask(stage.Mapper,
       LabelImage(options.Dimensions, labelOf, type == ScalarType::UInt8 ? VTK_FLOAT : VTK_SHORT));
@@ -152,22 +144,14 @@ TEST(TruthOfLabels, CoarserLevelsInAFewSlots)
   const auto image = MakeImage(options);
   const auto source = SourceOfImage(image, BrickEdge, false);
   Stage stage(36, 36);
-  Prepare(stage, image);
+  PrepareForMask(stage, BrickEdge, image);
   stage.Mapper->SetMaximumNumberOfSlots(12);
   stage.Mapper->SetLevelOfDetailBias(1);
   stage.LookFrom({ 30, -12, 40 }, { 50, 60, 60 }, 0.5, 400, 65);
   SetLabels(stage.Property, 0, 255);
   SetLabelMask(stage.Mapper, LabelImage(options.Dimensions, labelOf));
   StageTruth truth(stage, *source);
-  bool coarse = false;
-  for (int i = 0; i < 36 * 36; ++i)
-  {
-    for (const TruthLevelSpan& span : LevelSpans(truth.Scene(), i % 36, i / 36))
-    {
-      coarse = coarse || span.Level > 0;
-    }
-  }
-  EXPECT_TRUE(coarse);
+  EXPECT_TRUE(HasCoarserLevels(truth, 36));
   ExpectLabels(stage, *source, labelOf, "labels, levels, 12 slots");
 }
 
@@ -182,7 +166,7 @@ TEST(TruthOfLabels, Hundreds)
   const auto image = MakeImage(options);
   const auto source = SourceOfImage(image, BrickEdge, false);
   Stage stage(36, 36);
-  Prepare(stage, image);
+  PrepareForMask(stage, BrickEdge, image);
   for (int i = 0; i < 400; ++i)
   {
     if (i % 4 != 3 && i != 9)
@@ -208,7 +192,7 @@ TEST(TruthOfLabels, GradientOpacity)
   const auto image = MakeImage(options);
   const auto source = SourceOfImage(image, BrickEdge, false);
   Stage stage(36, 36);
-  Prepare(stage, image);
+  PrepareForMask(stage, BrickEdge, image);
   SetLabels(stage.Property, 0, 255, false);
   stage.Property->SetLabelGradientOpacity(1, Function({ { 2, 0 }, { 14, 1 } }));
   stage.Property->SetLabelGradientOpacity(3, Function({ { 8, 0.1 }, { 10, 1 }, { 12, 0.2 } }));
@@ -361,7 +345,7 @@ TEST(Labels, APyramid)
   options.Dimensions = { 96, 80, 112 };
   const auto image = MakeImage(options);
   Stage stage(40, 40);
-  Prepare(stage, image);
+  PrepareForMask(stage, BrickEdge, image);
   SetLabels(stage.Property, 0, 255);
   const auto mask = LabelImage(options.Dimensions, Blocks(options.Dimensions), VTK_UNSIGNED_SHORT);
   SetLabelMask(stage.Mapper, mask);
@@ -405,7 +389,7 @@ TEST(Labels, BlendFactorAndWarnings)
 {
   const ImageOptions options;
   Stage stage(40, 40);
-  Prepare(stage, MakeImage(options));
+  PrepareForMask(stage, BrickEdge, MakeImage(options));
   stage.Mapper->SetAutoAdjustSampleDistances(0);
   const std::vector<float> plain = stage.Draw();
   SetLabels(stage.Property, 0, 255);

@@ -33,14 +33,6 @@ namespace
 constexpr int BrickEdge = 16;
 
 // What the shape of a picture depends on.
-void Prepare(Stage& stage, vtkImageData* image, const ImageOptions& options = {})
-{
-  stage.Mapper->SetBrickSize(BrickEdge);
-  stage.SetImage(image);
-  stage.SetTransfer(MakeTransfer(OpacityShape::Ramp, options.Low, options.High));
-  stage.Look({ 0.4, 1, -0.3 }, 0.8);
-}
-
 } // namespace
 
 TEST(TruthOfMasks, EachWayAndType)
@@ -52,7 +44,7 @@ TEST(TruthOfMasks, EachWayAndType)
     const auto image = MakeImage(options);
     const auto source = SourceOfImage(image, BrickEdge, false);
     Stage stage(40, 40);
-    Prepare(stage, image, options);
+    PrepareForMask(stage, BrickEdge, image, options);
     SetMask(stage.Mapper, MaskImage(options.Dimensions, isIn));
     ForEachWay(stage,
       [&](const std::string& way)
@@ -72,22 +64,14 @@ TEST(TruthOfMasks, CoarserLevelsInAFewSlots)
   const auto image = MakeImage(options);
   const auto source = SourceOfImage(image, BrickEdge, false);
   Stage stage(40, 40);
-  Prepare(stage, image);
+  PrepareForMask(stage, BrickEdge, image);
   stage.Mapper->SetMaximumNumberOfSlots(12);
   stage.Mapper->SetLevelOfDetailBias(1);
   stage.LookFrom({ 30, -12, 40 }, { 50, 60, 60 }, 0.5, 400, 65);
   SetMask(stage.Mapper, MaskImage(options.Dimensions, isIn));
   StageTruth truth(stage, *source);
   truth.SetMask(MaskLevels(source->Info().Layout, isIn));
-  bool coarse = false;
-  for (int i = 0; i < 1600; ++i)
-  {
-    for (const TruthLevelSpan& span : LevelSpans(truth.Scene(), i % 40, i / 40))
-    {
-      coarse = coarse || span.Level > 0;
-    }
-  }
-  EXPECT_TRUE(coarse);
+  EXPECT_TRUE(HasCoarserLevels(truth, 40));
   ExpectTruth(stage, truth, "mask, levels, 12 slots");
 }
 
@@ -161,7 +145,7 @@ TEST(Masks, AChangedMaskChangesThePicture)
   const ImageOptions options;
   const auto image = MakeImage(options);
   Stage stage(40, 40);
-  Prepare(stage, image);
+  PrepareForMask(stage, BrickEdge, image);
   const std::vector<float> whole = stage.Draw();
   const auto mask = MaskImage(options.Dimensions, [](auto, auto, auto) { return true; });
   SetMask(stage.Mapper, mask);
@@ -177,7 +161,7 @@ TEST(Masks, AChangedMaskChangesThePicture)
   const std::vector<float> half = stage.Draw();
   EXPECT_FALSE(AreImagesIdentical(all, half));
   Stage fresh(40, 40);
-  Prepare(fresh, image);
+  PrepareForMask(fresh, BrickEdge, image);
   SetMask(fresh.Mapper, MaskImage(options.Dimensions, [](auto, auto, auto k) { return k >= 22; }));
   EXPECT_TRUE(AreImagesIdentical(half, fresh.Draw()));
   std::fill(voxels, voxels + 40 * 36 * 44, static_cast<unsigned char>(0));
@@ -199,7 +183,7 @@ TEST(Masks, APyramid)
   const InMask isIn = Sponge(options.Dimensions);
   const auto image = MakeImage(options);
   Stage stage(40, 40);
-  Prepare(stage, image);
+  PrepareForMask(stage, BrickEdge, image);
   stage.Mapper->SetMaximumLevel(0);
   const auto mask = MaskImage(options.Dimensions, isIn);
   SetMask(stage.Mapper, mask);
@@ -234,7 +218,7 @@ TEST(Masks, WhatIsNoneIsAnErrorByName)
   for (const auto& one : cases)
   {
     Stage stage(40, 40);
-    Prepare(stage, MakeImage(options));
+    PrepareForMask(stage, BrickEdge, MakeImage(options));
     vtkNew<MessageRecorder> recorder;
     stage.Mapper->AddObserver(vtkCommand::ErrorEvent, recorder);
     SetMask(stage.Mapper, one.first);

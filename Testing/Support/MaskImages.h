@@ -5,6 +5,7 @@
 #include "PyramidLayout.h"
 #include "Scene.h"
 #include "TruthVolume.h"
+#include "vtkOutOfCoreVolumeMapper.h"
 
 #include <algorithm>
 #include <array>
@@ -114,6 +115,32 @@ inline void SetLabelMask(vtkGPUVolumeRayCastMapper* mapper, vtkImageData* mask)
 {
   mapper->SetMaskInput(mask);
   mapper->SetMaskTypeToLabelMap();
+}
+
+/// A volume that a mask cuts: its image, a ramp of opacity, a view from outside.
+inline void PrepareForMask(
+  Stage& stage, int brickEdge, vtkImageData* image, const ImageOptions& options = {})
+{
+  stage.Mapper->SetBrickSize(brickEdge);
+  stage.SetImage(image);
+  stage.SetTransfer(MakeTransfer(OpacityShape::Ramp, options.Low, options.High));
+  stage.Look({ 0.4, 1, -0.3 }, 0.8);
+}
+
+/// Does any pixel of a picture with `edge`^2 of them show a level coarser than 0?
+inline bool HasCoarserLevels(const StageTruth& truth, int edge)
+{
+  for (int i = 0; i < edge * edge; ++i)
+  {
+    for (const TruthLevelSpan& span : LevelSpans(truth.Scene(), i % edge, i / edge))
+    {
+      if (span.Level > 0)
+      {
+        return true;
+      }
+    }
+  }
+  return false;
 }
 
 } // namespace teravox::test

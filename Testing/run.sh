@@ -63,7 +63,7 @@ run_tests() { # run_tests <ctest command>...: lines of tests that start and pass
 sanitized_tests() { # sanitized_tests <sanitizers> <folder> <AVX2> <labels> <targets>...
   local sanitizers=$1 folder=$2 avx2=$3 labels=$4
   shift 4
-  configure "$folder" -DTERAVOX_AVX2="$avx2" -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -g" \
+  configure "$folder" -DTERAVOX_AVX2="$avx2" -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -g1" \
     -DTERAVOX_BUILD_VTK=OFF -DTERAVOX_SANITIZE="$sanitizers" -DTERAVOX_WARNINGS_AS_ERRORS=OFF &&
     cmake --build "$folder" -j "$jobs" --target "$@" -- --quiet &&
     (cd "$folder" && run_tests fixed_addresses ctest -L "$labels")

@@ -16,6 +16,7 @@ constexpr int MostLatticeStages = 4;
 struct LatticeLimits
 {
   double Error = 0;    ///< most that it is estimated to err, per channel
+  double Missed = 0;   ///< most that something between the rays which they don't meet may add
   double Distance = 0; ///< most that the nearest ray may pass by, in voxels of the level drawn
 };
 

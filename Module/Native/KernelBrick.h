@@ -351,7 +351,8 @@ void IntegrateBrick(
   // Spans of samples: their distance, whence on and how often they may fail.
   const float voxel = VoxelDepth(w);
   c.Watch.Voxel = voxel * ray.World;
-  float spanStep = FirstStep * voxel;
+  const float firstStep = (c.P.Step[3] > FineError ? FirstStep : FirstFineStep) * voxel;
+  float spanStep = firstStep;
   // Not where voxels may have no value: samples could miss them.
   // Nor where a light may have an edge between them, or the opacity of gradients.
   float spansFrom =
@@ -454,7 +455,7 @@ void IntegrateBrick(
         IsEvenEnough(BoundsOf(c, settled, ray, view, spanStep, RangeOf<T>(view, place.Range)));
       const Reach reach =
         even ? LookAhead<T>(view, w, at, t, Min(t + spanStep * SpanPieces, t1)) : Reach{ stop, {} };
-      if (even && reach.End - t >= ShortestSpan * voxel)
+      if (even && reach.End - t >= ShortestSpan * firstStep)
       {
         if (!integrateIf(lot.Count != 0))
         {
@@ -480,8 +481,8 @@ void IntegrateBrick(
           spanStep = cost < 0.1f && spanStep < LongestStep * voxel ? 2.0f * spanStep : spanStep;
           continue;
         }
-        spansLeft -= spanStep > FirstStep * voxel ? 0 : 1;
-        spanStep = FirstStep * voxel;
+        spansLeft -= spanStep > firstStep ? 0 : 1;
+        spanStep = firstStep;
       }
       spansFrom = spansLeft > 0 ? reach.End : t1;
     }

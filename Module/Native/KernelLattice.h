@@ -129,7 +129,7 @@ inline bool IsInterpolated(const NativeScene& scene, int x, int y, int half, boo
     spent = Max(spent, scene.Error != nullptr ? scene.Error[n] : 0.0f);
     over = over && scene.Color[4 * n + 3] <= p.Step[2];
   }
-  if (!inside || !(missed <= scene.LatticeTolerance))
+  if (!inside || !(missed <= scene.LatticeMissed))
   {
     return false;
   }

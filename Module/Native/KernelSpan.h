@@ -5,10 +5,13 @@
 // cells needn't be looked at one by one.
 
 constexpr int SpanPieces = Lanes - 1;
-// Longest and shortest distance of samples, in voxels.
+// Longest distance of samples, in voxels, and the first that is tried: in pictures exact to a grey
+// level samples next to each other mostly fail, and are taken in vain then.
 constexpr float LongestStep = 8.0f;
-constexpr float FirstStep = 2.0f;
-constexpr float ShortestSpan = 6.0f; // voxels
+constexpr float FirstStep = 1.0f;
+constexpr float FirstFineStep = 2.0f;
+constexpr float FineError = 1.5f / 255.0f / 16.0f; // of a piece that adds nothing
+constexpr float ShortestSpan = 3.0f;               // first steps
 // Spans that may fail in a brick before there are no more.
 constexpr int MostFailures = 2;
 // Shares of what is seen that are taken as the error: of the difference between pieces and pairs of

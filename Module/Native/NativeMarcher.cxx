@@ -276,6 +276,7 @@ void SetView(NativeScene& scene, NativeView& view, int width, int height)
     scene.Missed = view.Missed.data();
     scene.Reach = view.Reach.data();
     scene.LatticeTolerance = static_cast<float>(view.Limits.Error);
+    scene.LatticeMissed = static_cast<float>(view.Limits.Missed);
     scene.LatticeDistance = static_cast<float>(view.Limits.Distance);
   }
   scene.FirstHit = view.FirstHit.empty() ? nullptr : view.FirstHit.data();

@@ -86,6 +86,7 @@ struct NativeScene
   float* Missed = nullptr;
   float* Reach = nullptr;     ///< depth behind which a ray met nothing that may be visible
   float LatticeTolerance = 0; ///< LatticeLimits
+  float LatticeMissed = 0;
   float LatticeDistance = 0;
 
   std::uint8_t* UsedSlots = nullptr;  ///< set to 1

@@ -47,6 +47,8 @@ TEST(Interactive, ToleranceIsLoosenedAndTightened)
   stage.Mapper->ErrorEstimateOn();
   const std::vector<float> exact = stage.Draw();
   ASSERT_TRUE(stage.Mapper->IsConverged());
+  // Where samples are far apart already, the same sum of estimates is made of other parts.
+  constexpr double Rounding = 1e-4;
   const double tight = LargestEstimate(stage);
   EXPECT_LT(tight, 0.02);
 
@@ -60,7 +62,7 @@ TEST(Interactive, ToleranceIsLoosenedAndTightened)
       EXPECT_FALSE(stage.Mapper->IsConverged()) << i;
     }
     const double estimate = LargestEstimate(stage);
-    EXPECT_GE(estimate, looser) << i;
+    EXPECT_GE(estimate, looser * (1 - Rounding)) << i;
     looser = estimate;
   }
   const std::vector<float> fast = stage.Accumulator();
@@ -76,7 +78,7 @@ TEST(Interactive, ToleranceIsLoosenedAndTightened)
   {
     stage.Window->Render();
     const double estimate = LargestEstimate(stage);
-    EXPECT_LE(estimate, before) << frames;
+    EXPECT_LE(estimate, before * (1 + Rounding)) << frames;
     before = estimate;
     ++frames;
   }

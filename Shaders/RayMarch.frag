@@ -25,6 +25,7 @@
 #include "Library/Sums.glsl"
 #if TERAVOX_BLEND
 #include "Library/ProjectValue.glsl"
+#include "Library/ProjectComponents.glsl"
 #endif
 #if TERAVOX_NEAREST
 #include "Library/MarchNearest.glsl"
@@ -58,7 +59,9 @@ void main()
 #if TERAVOX_SHADE
   state.light = LightOf(ray, intervals.z, gl_FragCoord.xy);
 #endif
-#if TERAVOX_BLEND
+#if TERAVOX_BLEND && TERAVOX_COMPONENTS
+  state.transmittance = LoadProjection(accumulated, pixel, intervals.x < intervals.y);
+#elif TERAVOX_BLEND
   LoadProjection(accumulated, position.w, intervals.x < intervals.y);
 #endif
 #if TERAVOX_ESTIMATE

@@ -9,11 +9,60 @@
 
 uniform int u_blend;
 
+#if TERAVOX_COMPONENTS
+// Of several components, see SetComponentProjection().
+vec4 ResolveComponents(vec4 state, ivec2 pixel)
+{
+  const float nothing = -3.0e38;
+  bool extreme = u_blend == BLEND_MAXIMUM || u_blend == BLEND_MINIMUM;
+  vec4 lengths = vec4(0.0);
+  if (u_blend == BLEND_AVERAGE)
+  {
+    lengths = texelFetch(u_lengthsBefore, pixel, 0);
+  }
+  vec4 sum = vec4(0.0);
+  for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
+  {
+    float weight = u_componentTable[c].z;
+    if (weight > 0.0 && state[c] > nothing)
+    {
+      int first = int(u_componentTable[c].x);
+      float nodes = u_componentTransfer[c].w;
+      float node = u_projection.x * state[c];
+      if (extreme)
+      {
+        vec3 slope;
+        float share = min(SampleTable(first, nodes, node).s, 1.0) * weight;
+        sum += vec4(TableColor(first, nodes, node, slope) * share, share);
+      }
+      else if (u_blend == BLEND_AVERAGE)
+      {
+        sum.x += lengths[c] > 0.0 ? state[c] / max(lengths[c], 1.0e-37) * weight : 0.0;
+      }
+      else
+      {
+        sum.x += state[c] * u_componentProjection[c].w;
+      }
+    }
+  }
+  if (!extreme)
+  {
+    bool crossed = state.x > nothing;
+    sum = crossed ? vec4(vec3(clamp(sum.x, 0.0, 1.0)), 1.0) : vec4(0.0);
+  }
+  return vec4(sum.rgb, max(1.0 - sum.a, 0.0));
+}
+#endif
+
 void main()
 {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec4 state = texelFetch(u_colorBefore, pixel, 0);
   bool any = state.y != 0.0;
+#if TERAVOX_COMPONENTS
+  imageStore(u_colorState, pixel, ResolveComponents(state, pixel));
+  return;
+#endif
   vec4 color = state; // isosurfaces and slices are colours already
   if (u_blend == BLEND_MAXIMUM || u_blend == BLEND_MINIMUM)
   {

@@ -54,6 +54,8 @@ struct VolumeInfo
     false; ///< the bounds cover whole voxels; else they end at the outer voxel centres
   /// Range of level 0; Unknown() where nobody knows.
   ValueRange Range;
+  /// The same of each component; empty where only that of all together is known.
+  std::vector<ValueRange> ComponentRanges;
   /// Counts of level-0 voxels in equal bins over Range; empty where unknown.
   std::vector<double> Histogram;
   /// World position of the centre of the voxel with index (0,0,0) *of the pyramid*, edge lengths of

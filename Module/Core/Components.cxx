@@ -27,6 +27,13 @@ double FullColor(ScalarType type)
 }
 } // namespace
 
+bool IsOfComponents(BlendKind kind, ComponentMode mode)
+{
+  return kind == BlendKind::Composite ||
+    (mode == ComponentMode::Independent && kind != BlendKind::Isosurface &&
+      kind != BlendKind::Slice);
+}
+
 double LargestLight(const ComponentFunctions& functions, int components)
 {
   double sum = 0;
@@ -37,33 +44,36 @@ double LargestLight(const ComponentFunctions& functions, int components)
   return functions.Mode == ComponentMode::Independent ? std::max(sum, 1.0) : 1;
 }
 
-std::vector<TransferTable> BuildComponentTables(
-  const ComponentFunctions& functions, const VolumeInfo& info, int exponent, double smallestStep)
+std::vector<TransferTable> BuildComponentTables(const ComponentFunctions& functions,
+  const VolumeInfo& info, int exponent, double smallestStep, BlendKind kind)
 {
   const auto count = static_cast<std::size_t>(info.Components);
   std::vector<TransferTable> tables(count);
-  const auto build = [&](TransferFunction function)
+  const auto build = [&](TransferFunction function, std::size_t component)
   {
     function.SharpWalls = true; // one component may shine in front of another's wall
-    return BuildTransferTable(ScaleTransferFunction(std::move(function), exponent), info.Range,
-      !IsFloat(info.Type), smallestStep);
+    const ValueRange& own =
+      component < info.ComponentRanges.size() ? info.ComponentRanges[component] : info.Range;
+    return BuildTransferTable(
+      ProjectedFunction(ScaleTransferFunction(std::move(function), exponent), kind, own),
+      info.Range, !IsFloat(info.Type), smallestStep);
   };
   if (functions.Mode == ComponentMode::Independent)
   {
     for (std::size_t c = 0; c < count; ++c)
     {
-      tables[c] = build(functions.Functions[c]);
+      tables[c] = build(functions.Functions[c], c);
     }
     return tables;
   }
   TransferFunction opacity = functions.Functions.front();
   opacity.Color = [](double, double* rgb) { rgb[0] = rgb[1] = rgb[2] = 0; };
-  tables[count - 1] = build(std::move(opacity));
+  tables[count - 1] = build(std::move(opacity), count - 1);
   if (count == 2)
   {
     TransferFunction color = functions.Functions.front();
     color.Opacity = [](double) { return 0.0; };
-    tables[0] = build(std::move(color));
+    tables[0] = build(std::move(color), 0);
   }
   return tables;
 }
@@ -90,6 +100,20 @@ void SetComponents(MarchParameters& parameters, const ComponentFunctions& functi
     parameters.ComponentMaterial[c] = functions.Material[independent ? c : 0];
     nodes += tables[c].Integrals.size();
     occupied += tables[c].Occupied.size();
+  }
+}
+
+void SetComponentProjection(MarchParameters& parameters, const Projection& projection,
+  const ComponentFunctions& functions, const std::vector<TransferTable>& tables, bool relative)
+{
+  for (std::size_t c = 0; c < tables.size(); ++c)
+  {
+    MarchParameters one;
+    const double unit = functions.Functions[c].UnitDistance;
+    SetProjection(one, projection, functions.Functions[c], tables[c], unit, relative);
+    parameters.Projection = { one.Projection[0], 0, 0, 0 };
+    parameters.ComponentProjection[c] = { one.Projection[1], one.Projection[2], one.Projection[3],
+      static_cast<float>(functions.Weight[c] / unit) };
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "BrickSource.h"
 #include "MarchParameters.h"
+#include "Projection.h"
 #include "TransferTable.h"
 
 #include <array>
@@ -54,16 +55,34 @@ struct ComponentFunctions
   std::array<MarchParameters::Vec, 4> Material{};
 };
 
+/// Whether voxels with such components can be drawn in a blend mode: maximum, minimum, average and
+/// additive are of independent ones.
+bool IsOfComponents(BlendKind kind, ComponentMode mode);
+
 /// The largest light per extinction that there may be, at least 1.
 double LargestLight(const ComponentFunctions& functions, int components);
 
 /// One table per component of the volume, those without a function empty (Nodes = 0). `exponent`:
-/// values of `info` are the user's times 2^-exponent (see ScaleExponent).
-std::vector<TransferTable> BuildComponentTables(
-  const ComponentFunctions& functions, const VolumeInfo& info, int exponent, double smallestStep);
+/// values of `info` are the user's times 2^-exponent (see ScaleExponent). `kind`: blend mode;
+/// others than composite are of independent components.
+std::vector<TransferTable> BuildComponentTables(const ComponentFunctions& functions,
+  const VolumeInfo& info, int exponent, double smallestStep, BlendKind kind = BlendKind::Composite);
 
 /// MarchParameters::Components, ComponentTransfer, ComponentTable and ComponentMaterial.
 void SetComponents(MarchParameters& parameters, const ComponentFunctions& functions,
   const VolumeInfo& info, int exponent, const std::vector<TransferTable>& tables);
+
+/// MarchParameters::Projection and ComponentProjection of independent components. `projection` is
+/// in data values like those of `info`, `tables` are those of the mode. `relative`: see
+/// SetProjection().
+///
+/// As vtkGPUVolumeRayCastMapper (VTK 9.1) does it, of components with opacities a_i, colours c_i
+/// and weights w_i: of extremes the colour is sum w_i a_i c_i and the opacity sum w_i a_i, each at
+/// the component's own extreme; averages and sums are those of a_i times the value's place in the
+/// range of the component, and sum w_i of them is a gray that hides all behind. VTK 9.1 takes
+/// maxima for minima there, and adds squares of opacities to blue instead of opacities to the
+/// opacity: minima here are what its maxima are of the negative.
+void SetComponentProjection(MarchParameters& parameters, const Projection& projection,
+  const ComponentFunctions& functions, const std::vector<TransferTable>& tables, bool relative);
 
 } // namespace teravox

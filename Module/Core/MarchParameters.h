@@ -60,6 +60,10 @@ struct MarchParameters
   std::array<Vec, MaximumComponents> ComponentTable{};
   std::array<Vec, MaximumComponents> ComponentMaterial{};
   Vec Gradient{};
+  std::array<Vec, MaximumComponents> ComponentProjection{};
+  /// What rays of several components hold in blend modes other than composite, in the place of each
+  /// colour and of the transmittance, before they meet anything.
+  static constexpr float NothingMet = -3.0e38f;
 };
 
 /// How far a clipping plane lies behind the ray of a pixel (x, y) at depth t, kept where it is not

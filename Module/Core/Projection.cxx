@@ -53,6 +53,14 @@ TransferFunction ProjectedFunction(
   }
 }
 
+std::array<float, 4> NewRay(BlendKind kind, int components)
+{
+  constexpr float nothing = MarchParameters::NothingMet;
+  return components > 1 && kind != BlendKind::Composite
+    ? std::array<float, 4>{ nothing, nothing, nothing, nothing }
+    : std::array<float, 4>{ 0, 0, 0, 1 };
+}
+
 void SetProjection(MarchParameters& parameters, const Projection& projection,
   const TransferFunction& function, const TransferTable& table, double unitDistance, bool relative)
 {

@@ -5,6 +5,7 @@
 #include "MarchParameters.h"
 #include "TransferTable.h"
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -19,6 +20,10 @@ struct Projection
   double RangeLow = 0;           ///< values outside don't count for Average
   double RangeHigh = 0;
 };
+
+/// What a ray holds before it meets anything: colour and transmittance, or in blend modes other
+/// than composite what stands there in voxels with so many components.
+std::array<float, 4> NewRay(BlendKind kind, int components);
 
 /// More isosurfaces than these aren't drawn.
 constexpr std::size_t MaximumIsoValues = MarchParameters::MaximumIsoValues;

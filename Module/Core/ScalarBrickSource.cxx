@@ -53,6 +53,7 @@ ScalarBrickSource::ScalarBrickSource(std::shared_ptr<BrickSource> source, int co
     this->Info_.Labels = false;
   }
   this->Info_.Components = 1;
+  this->Info_.ComponentRanges.clear();
   this->Info_.Range = this->RangeOf(this->Info_.Range);
   this->Info_.Histogram.clear(); // it is of all components
   this->Info_.Name +=

@@ -59,6 +59,10 @@ ScaledBrickSource::ScaledBrickSource(std::shared_ptr<BrickSource> source, int ex
   , Exponent(exponent)
 {
   this->Info_.Range = Scale(this->Info_.Range, exponent);
+  for (ValueRange& range : this->Info_.ComponentRanges)
+  {
+    range = Scale(range, exponent);
+  }
 }
 
 Result<BrickPointer> ScaledBrickSource::ReadBrick(const BrickKey& key)

@@ -25,7 +25,7 @@ public:
   GLuint ReadFramebuffer() const { return static_cast<GLuint>(this->Read); }
 
 private:
-  static constexpr std::size_t Units = 9;
+  static constexpr std::size_t Units = 10;
   static constexpr std::array<GLenum, 5> Switches = { GL_BLEND, GL_DEPTH_TEST, GL_SCISSOR_TEST,
     GL_CULL_FACE, GL_STENCIL_TEST };
   GLint Draw = 0;

@@ -14,8 +14,8 @@
 namespace teravox
 {
 
-static_assert(
-  sizeof(MarchParameters) == 16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1 + 1 + 64 + 256 + 5 + 1 + 12 + 1),
+static_assert(sizeof(MarchParameters) ==
+    16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1 + 1 + 64 + 256 + 5 + 1 + 12 + 1 + 4),
   "the uniform block of Shaders/Library/Bindings.glsl has no padding");
 
 static_assert(shared::MAXIMUM_ISO_VALUES == MarchParameters::MaximumIsoValues);
@@ -237,12 +237,13 @@ std::vector<float> RayMarcher::ReadDepth(const ViewState& view)
 
 Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
   const IntervalParameters& intervals, const std::vector<PlaneAlongRays>& planes,
-  const std::vector<float>& slice, const std::vector<float>& begins, const LatticeOptions& lattice)
+  const std::vector<float>& slice, const std::vector<float>& begins, const LatticeOptions& lattice,
+  const std::array<float, 4>& ray)
 {
   view.ActiveTiles = TilesOf(intervals.Rectangle);
   if (view.IsNative())
   {
-    view.Native.Clear(lattice.Stage, lattice.Limits);
+    view.Native.Clear(lattice.Stage, lattice.Limits, ray);
     view.NativeChanged = true;
     this->Intervals = intervals;
     this->Planes = planes;
@@ -302,13 +303,18 @@ Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
   glDrawArrays(GL_TRIANGLES, 0, 3);
 
   glBindFramebuffer(GL_FRAMEBUFFER, view.StateTarget.Id());
-  const std::array<float, 4> clear{ 0, 0, 0, 1 };
+  const std::array<float, 4> clear{ 0, 0, 0, 0 };
   const std::array<GLint, 4> nowhere{ 0, 0, 0, 0 };
-  glClearBufferfv(GL_COLOR, 0, clear.data());
+  glClearBufferfv(GL_COLOR, 0, ray.data());
   glClearBufferiv(GL_COLOR, 1, nowhere.data());
   if (view.Error.Id() != 0)
   {
     glClearBufferfv(GL_COLOR, 2, clear.data());
+  }
+  if (view.HasLengths())
+  {
+    glBindFramebuffer(GL_FRAMEBUFFER, view.LengthsTarget.Id());
+    glClearBufferfv(GL_COLOR, 0, clear.data());
   }
   if (view.HasFirstHit())
   {
@@ -318,6 +324,18 @@ Status RayMarcher::Begin(ViewState& view, MarchParameters& parameters,
   }
   return {};
 }
+
+namespace
+{
+void BindLengths(const ViewState& view)
+{
+  if (view.HasLengths())
+  {
+    glBindImageTexture(4, view.Lengths.Id(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_RGBA32F);
+    view.Lengths.Bind(9);
+  }
+}
+} // namespace
 
 void RayMarcher::SetLights(std::vector<MarchParameters::Vec> table)
 {
@@ -432,6 +450,7 @@ Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas
   {
     glBindImageTexture(3, view.FirstHit.Id(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RG32F);
   }
+  BindLengths(view);
   if (variant.Lights)
   {
     const std::size_t bytes = this->Lights.size() * sizeof(this->Lights[0]);
@@ -522,19 +541,28 @@ void RayMarcher::ReadFeedback(ViewState& view, const AtlasPlan& plan, PassResult
   }
 }
 
-Status RayMarcher::Resolve(ViewState& view, const MarchParameters& parameters, BlendKind blend)
+Status RayMarcher::Resolve(
+  ViewState& view, const MarchParameters& parameters, const ShaderVariant& variant)
 {
   if (view.IsNative())
   {
     NativeScene scene;
     scene.Parameters = &parameters;
-    scene.Blend = blend;
-    SetTables(scene, *this->Table, this->TableVersion);
+    scene.Blend = variant.Blend;
     SetView(scene, view.Native, view.Width(), view.Height());
+    if (this->ComponentTables != nullptr)
+    {
+      SetTables(scene, *this->ComponentTables, this->TableVersion);
+      ChooseComponentResolver()(scene);
+      return {};
+    }
+    SetTables(scene, *this->Table, this->TableVersion);
     ChooseNativeResolver()(scene);
     return {};
   }
-  Result<const GLProgram*> program = this->Program("FullScreen.vert", "Resolve.frag", {});
+  ShaderVariant resolve;
+  resolve.Components = variant.Components;
+  Result<const GLProgram*> program = this->Program("FullScreen.vert", "Resolve.frag", resolve);
   if (!program)
   {
     return program.GetStatus();
@@ -542,7 +570,7 @@ Status RayMarcher::Resolve(ViewState& view, const MarchParameters& parameters, B
   this->Uniforms.Write(0, sizeof(parameters), &parameters);
   const GLProgram& p = *program.Value();
   glUseProgram(p.Id());
-  glUniform1i(p.Uniform("u_blend"), static_cast<GLint>(blend));
+  glUniform1i(p.Uniform("u_blend"), static_cast<GLint>(variant.Blend));
   glBindFramebuffer(GL_FRAMEBUFFER, view.EmptyTarget.Id());
   glViewport(0, 0, view.Width(), view.Height());
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, this->Uniforms.Id());
@@ -550,6 +578,7 @@ Status RayMarcher::Resolve(ViewState& view, const MarchParameters& parameters, B
   this->TransferTexture.Bind(1);
   this->ColorTexture.Bind(5);
   view.Color.Bind(7);
+  BindLengths(view);
   glBindVertexArray(this->Vertices.Id());
   glMemoryBarrier(GL_ALL_BARRIER_BITS);
   glDrawArrays(GL_TRIANGLES, 0, 3);

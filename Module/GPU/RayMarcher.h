@@ -68,7 +68,7 @@ public:
   /// depth along its ray at which it meets the slice to be drawn, NaN if it doesn't; empty for
   /// blend modes without one. `begins`: per pixel the depth (as the depth buffer counts it) where
   /// its ray begins; empty: at the near plane. `lattice`: see NativeView::Clear(); of the native
-  /// marcher only.
+  /// marcher only. `ray`: see NewRay().
   struct LatticeOptions
   {
     int Stage = 0;
@@ -76,7 +76,8 @@ public:
   };
   Status Begin(ViewState& view, MarchParameters& parameters, const IntervalParameters& intervals,
     const std::vector<PlaneAlongRays>& planes, const std::vector<float>& slice,
-    const std::vector<float>& begins, const LatticeOptions& lattice);
+    const std::vector<float>& begins, const LatticeOptions& lattice,
+    const std::array<float, 4>& ray);
   /// Color has the colours, from whichever marcher.
   static void UpdateColor(ViewState& view);
   /// LightTable of the picture under way (see LightSetup.h); empty: one headlight.
@@ -87,7 +88,7 @@ public:
   Result<PassResult> DrawPass(ViewState& view, const BrickAtlas& atlas, const PageTable& table,
     MarchParameters& parameters, const ShaderVariant& variant);
   /// Turns what rays gathered in a blend mode other than composite into colours.
-  Status Resolve(ViewState& view, const MarchParameters& parameters, BlendKind blend);
+  Status Resolve(ViewState& view, const MarchParameters& parameters, const ShaderVariant& variant);
   /// Makes colours of how many samples each ray took, which are in the place of errors: see
   /// SampleShade(). Rays without one leave nothing.
   static void ShowSamples(ViewState& view);

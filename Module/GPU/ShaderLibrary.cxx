@@ -128,6 +128,30 @@ std::string ShaderVariant::Defines() const
     "\n#define TERAVOX_COMPONENTS " + std::to_string(components) + "\n";
 }
 
+namespace
+{
+// Other blend modes have no steps, no debug picture and no estimate; of them isosurfaces are lit,
+// and those that meet something are of one component.
+void AddBlends(ShaderVariant variant, std::vector<ShaderVariant>& all)
+{
+  if (variant.FixedStep || variant.ShowLevel || variant.Estimate || variant.Dependent)
+  {
+    return;
+  }
+  for (const BlendKind kind : { BlendKind::Maximum, BlendKind::Minimum, BlendKind::Average,
+         BlendKind::Additive, BlendKind::Isosurface, BlendKind::Slice })
+  {
+    variant.Blend = kind;
+    const bool meets = kind == BlendKind::Isosurface || kind == BlendKind::Slice;
+    if ((!variant.Shade || kind == BlendKind::Isosurface) && (!variant.FirstHit || meets) &&
+      (variant.Components == 1 || !meets))
+    {
+      all.push_back(variant);
+    }
+  }
+}
+} // namespace
+
 std::vector<ShaderVariant> ShaderVariant::All()
 {
   std::vector<ShaderVariant> all;
@@ -170,6 +194,7 @@ std::vector<ShaderVariant> ShaderVariant::All()
       {
         all.push_back(variant);
         all.back().Components = components;
+        AddBlends(all.back(), all);
       }
     }
     if (variant.Dependent)
@@ -177,22 +202,7 @@ std::vector<ShaderVariant> ShaderVariant::All()
       continue;
     }
     all.push_back(variant);
-    // Other blend modes have no steps, no debug picture and no estimate; of them isosurfaces are
-    // lit.
-    if (variant.FixedStep || variant.ShowLevel || variant.Estimate)
-    {
-      continue;
-    }
-    for (const BlendKind kind : { BlendKind::Maximum, BlendKind::Minimum, BlendKind::Average,
-           BlendKind::Additive, BlendKind::Isosurface, BlendKind::Slice })
-    {
-      variant.Blend = kind;
-      const bool meets = kind == BlendKind::Isosurface || kind == BlendKind::Slice;
-      if ((!variant.Shade || kind == BlendKind::Isosurface) && (!variant.FirstHit || meets))
-      {
-        all.push_back(variant);
-      }
-    }
+    AddBlends(variant, all);
   }
   return all;
 }

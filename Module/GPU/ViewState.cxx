@@ -49,12 +49,12 @@ std::size_t ViewState::FeedbackWords() const
 }
 
 bool ViewState::Resize(GPUMemory& memory, int width, int height, const AtlasPlan& plan,
-  bool estimate, bool firstHit, bool peels)
+  bool estimate, bool firstHit, bool peels, bool lengths)
 {
   if (width == this->Width_ && height == this->Height_ && plan.Slots == this->Slots &&
     plan.PageBlocks == this->PageBlocks && plan.Native == this->Native_ &&
     estimate == this->Estimate_ && firstHit == this->FirstHit_ && peels == this->Peels_ &&
-    this->Color.Id() != 0)
+    lengths == this->Lengths_ && this->Color.Id() != 0)
   {
     return true;
   }
@@ -67,6 +67,7 @@ bool ViewState::Resize(GPUMemory& memory, int width, int height, const AtlasPlan
   this->Estimate_ = estimate;
   this->FirstHit_ = firstHit;
   this->Peels_ = peels;
+  this->Lengths_ = lengths;
   while (glGetError() != GL_NO_ERROR)
   {
   }
@@ -80,10 +81,11 @@ bool ViewState::Resize(GPUMemory& memory, int width, int height, const AtlasPlan
   }
   if (plan.Native)
   {
-    this->Native.Resize(width, height, estimate, firstHit);
+    this->Native.Resize(width, height, estimate, firstHit, lengths);
     this->NativeBytes = MemoryShare(memory,
       (NativeView::BytesPerPixel + (estimate ? sizeof(float) : 0) +
-        (firstHit ? FirstHitBytesPerPixel : 0) + (peels ? sizeof(float) : 0)) *
+        (firstHit ? FirstHitBytesPerPixel : 0) + (peels ? sizeof(float) : 0) +
+        (lengths ? LengthsBytesPerPixel : 0)) *
         static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height));
     return glGetError() == GL_NO_ERROR;
   }
@@ -118,6 +120,14 @@ bool ViewState::Resize(GPUMemory& memory, int width, int height, const AtlasPlan
     glFramebufferTexture2D(
       GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, this->FirstHit.Id(), 0);
   }
+  if (lengths)
+  {
+    this->Lengths = make(GL_RGBA32F, LengthsBytesPerPixel);
+    this->LengthsTarget = GLFramebuffer::Make();
+    glBindFramebuffer(GL_FRAMEBUFFER, this->LengthsTarget.Id());
+    glFramebufferTexture2D(
+      GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, this->Lengths.Id(), 0);
+  }
   this->IntervalTarget = GLFramebuffer::Make();
   glBindFramebuffer(GL_FRAMEBUFFER, this->IntervalTarget.Id());
   glFramebufferTexture2D(
@@ -139,6 +149,8 @@ void ViewState::Release()
   this->Depth.Release();
   this->Error.Release();
   this->FirstHit.Release();
+  this->Lengths.Release();
+  this->LengthsTarget.Release();
   this->Peel.Release();
   this->HitTarget.Release();
   this->Geometry.reset();
@@ -154,6 +166,7 @@ void ViewState::Release()
   this->Estimate_ = false;
   this->FirstHit_ = false;
   this->Peels_ = false;
+  this->Lengths_ = false;
   this->Width_ = 0;
   this->Height_ = 0;
 }

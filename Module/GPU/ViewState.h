@@ -41,8 +41,9 @@ class ViewState
 public:
   /// Allocates for a picture of this size and an atlas of this plan; nothing if nothing changed.
   /// Returns false if the driver has no memory. `peels`: for rays that are drawn in stretches.
+  /// `lengths`: for averages of several components.
   bool Resize(GPUMemory& memory, int width, int height, const AtlasPlan& plan, bool estimate,
-    bool firstHit, bool peels);
+    bool firstHit, bool peels, bool lengths);
   void Release();
 
   /// Whether it is for the native marcher.
@@ -50,7 +51,9 @@ public:
   bool HasEstimate() const { return this->Estimate_ && !this->CountsSamples; }
   bool HasFirstHit() const { return this->FirstHit_; }
   bool HasPeels() const { return this->Peels_; }
+  bool HasLengths() const { return this->Lengths_; }
   static constexpr std::uint64_t FirstHitBytesPerPixel = 8;
+  static constexpr std::uint64_t LengthsBytesPerPixel = 16;
   static constexpr std::uint64_t PeelBytesPerPixel = 20; ///< Peel, and where native rays begin
   int Width() const { return this->Width_; }
   int Height() const { return this->Height_; }
@@ -68,11 +71,13 @@ public:
   GLTexture Depth;
   GLTexture Error;    ///< estimates, if they are asked for
   GLTexture FirstHit; ///< depth and level where the opacity is what is looked for, if it is
+  GLTexture Lengths;  ///< of averages of several components: where values count, of each
   GLTexture Peel;     ///< colours of another stretch of the rays, where they are drawn in such
   GLBuffer Feedback;
   GLBuffer TileList;
   GLFramebuffer StateTarget;                      ///< colour, position and error, to clear them
   GLFramebuffer HitTarget;                        ///< first hits, to clear them
+  GLFramebuffer LengthsTarget;                    ///< lengths, to clear them
   GLFramebuffer IntervalTarget;                   ///< intervals
   GLFramebuffer EmptyTarget;                      ///< no attachment: the marcher writes images
   std::vector<std::uint32_t> ActiveTiles;         ///< x | y << 16
@@ -91,6 +96,7 @@ private:
   bool Estimate_ = false;
   bool FirstHit_ = false;
   bool Peels_ = false;
+  bool Lengths_ = false;
 };
 
 } // namespace teravox

@@ -32,10 +32,11 @@ constexpr double ShortPass = 0.1;
 constexpr float FormatError = 2.0e-5f;
 
 // Of a picture, beside what each has.
-std::uint64_t MoreBytes(int width, int height, bool firstHit, bool peels)
+std::uint64_t MoreBytes(int width, int height, bool firstHit, bool peels, bool lengths)
 {
   return ((firstHit ? ViewState::FirstHitBytesPerPixel : 0) +
-           (peels ? ViewState::PeelBytesPerPixel : 0)) *
+           (peels ? ViewState::PeelBytesPerPixel : 0) +
+           (lengths ? ViewState::LengthsBytesPerPixel : 0)) *
     static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
 }
 
@@ -157,7 +158,7 @@ std::uint64_t VolumeEngine::FixedBytes(const ViewState* except, int width, int h
       // The plan has room for the feedback of one.
       bytes += view.second->IsNative() ? 0 : view.second->FeedbackWords() * 4;
       bytes += MoreBytes(view.second->Width(), view.second->Height(), view.second->HasFirstHit(),
-        view.second->HasPeels());
+        view.second->HasPeels(), view.second->HasLengths());
     }
   }
   return bytes;
@@ -180,8 +181,8 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
   wanted.BudgetBytes = this->Settings.GPUMemoryBudget;
   wanted.ReservedBytes = this->FixedBytes(view == this->Views.end() ? nullptr : view->second.get(),
     request.Camera.Width, request.Camera.Height);
-  wanted.ReservedBytes += MoreBytes(
-    request.Camera.Width, request.Camera.Height, request.HitOpacity.has_value(), request.IsStretch);
+  wanted.ReservedBytes += MoreBytes(request.Camera.Width, request.Camera.Height,
+    request.HitOpacity.has_value(), request.IsStretch, this->HasLengths(request));
   wanted.ReservedBytes += request.ShowFrames ? RayMarcher::FrameBytes : 0;
   wanted.MaximumSlots = this->Settings.MaximumSlots;
   GLint largest = 0;
@@ -370,7 +371,7 @@ Status VolumeEngine::PrepareTables(const FrameRequest& request)
                                                                 : GradientTable();
     this->Marcher->SetGradientTable(this->Gradient);
   }
-  else if (!current || this->Tables_.empty())
+  else if (!current || this->Tables_.empty() || this->TableBlend != request.Blend.Kind)
   {
     const auto count = static_cast<std::size_t>(info.Components);
     const bool independent = this->Components_.Mode == ComponentMode::Independent;
@@ -381,8 +382,13 @@ Status VolumeEngine::PrepareTables(const FrameRequest& request)
         info.Name + " has " + std::to_string(count) +
           " components per voxel; 1 to 4 independent ones and 2 or 4 dependent ones can be drawn.");
     }
-    this->Tables_ =
-      BuildComponentTables(this->Components_, info, this->Exponent, request.ShortestLength);
+    if (!IsOfComponents(request.Blend.Kind, this->Components_.Mode))
+    {
+      return Status(StatusCode::Unsupported,
+        info.Name + " has several components, which can't be drawn in this blend mode.");
+    }
+    this->Tables_ = BuildComponentTables(
+      this->Components_, info, this->Exponent, request.ShortestLength, request.Blend.Kind);
     this->Marcher->SetTransferTables(this->Tables_);
     this->Gradient = {};
     this->Marcher->SetGradientTable(this->Gradient);
@@ -438,7 +444,6 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
     // What is left of a ray may be brighter than it is, see ComponentFunctions.
     parameters.Step[2] /=
       static_cast<float>(LargestLight(this->Components_, this->Source_->Info().Components));
-    return;
   }
   Projection scaled = request.Blend;
   for (double& value : scaled.IsoValues)
@@ -447,8 +452,15 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
   }
   scaled.RangeLow = std::ldexp(scaled.RangeLow, -this->Exponent);
   scaled.RangeHigh = std::ldexp(scaled.RangeHigh, -this->Exponent);
-  SetProjection(parameters, scaled, this->Drawn, this->MainTable(), this->Function.UnitDistance,
-    format.Relative);
+  if (!this->HasComponents())
+  {
+    SetProjection(parameters, scaled, this->Drawn, this->MainTable(), this->Function.UnitDistance,
+      format.Relative);
+  }
+  else if (scaled.Kind != BlendKind::Composite)
+  {
+    SetComponentProjection(parameters, scaled, this->Components_, this->Tables_, format.Relative);
+  }
 }
 
 float VolumeEngine::LargestExtinction() const
@@ -725,7 +737,7 @@ Result<ViewState*> VolumeEngine::PrepareView(const FrameRequest& request)
   }
   if (!view->Resize(this->Memory_, request.Camera.Width, request.Camera.Height, this->Plan_,
         request.ErrorEstimate || request.ShowSamples, request.HitOpacity.has_value(),
-        request.IsStretch))
+        request.IsStretch, this->HasLengths(request)))
   {
     view->Release();
     return Status(StatusCode::ResourceExhausted,
@@ -867,9 +879,9 @@ Status VolumeEngine::Draw(const FrameRequest& request)
       slice[i] = static_cast<float>((*request.SliceDepths)[i] - geometry.Value().DepthOrigin);
     }
   }
-  Status status =
-    this->Marcher->Begin(*view, parameters, geometry.Value().Intervals, geometry.Value().Planes,
-      slice, request.Depths ? request.Depths->Begin : std::vector<float>(), lattice);
+  Status status = this->Marcher->Begin(*view, parameters, geometry.Value().Intervals,
+    geometry.Value().Planes, slice, request.Depths ? request.Depths->Begin : std::vector<float>(),
+    lattice, NewRay(request.Blend.Kind, this->Source_->Info().Components));
   if (status)
   {
     status = this->RunPasses(request, *view, parameters, geometry.Value().Order);
@@ -890,7 +902,7 @@ Status VolumeEngine::Draw(const FrameRequest& request)
   }
   if (status && request.Blend.Kind != BlendKind::Composite)
   {
-    status = this->Marcher->Resolve(*view, parameters, request.Blend.Kind);
+    status = this->Marcher->Resolve(*view, parameters, variant);
   }
   if (status && request.ShowSamples)
   {

@@ -163,7 +163,7 @@ public:
   void SetSettings(const EngineSettings& settings);
   /// The function in data values; uploaded at the next frame. `version` tells whether it changed.
   void SetTransferFunction(TransferFunction function, std::uint64_t version);
-  /// The same for sources whose voxels have several components; drawn by composite blending only.
+  /// The same for sources whose voxels have several components; see IsOfComponents().
   void SetComponentFunctions(ComponentFunctions functions, std::uint64_t version);
 
   /// GL. Draws one frame. Errors leave the frame buffer untouched.
@@ -276,6 +276,11 @@ private:
   void KeepCounters();
   bool AnyFailed() const { return this->FailedBricks() + this->FailedPageBlocks() > 0; }
   bool HasComponents() const { return this->Source_->Info().Components > 1; }
+  /// See ViewState::Lengths.
+  bool HasLengths(const FrameRequest& request) const
+  {
+    return this->HasComponents() && request.Blend.Kind == BlendKind::Average;
+  }
   bool HasLabels() const { return this->Source_->Info().MaskLabels > 0; }
   /// Of one component; of a label mask what holds for all labels.
   const TransferTable& MainTable() const

@@ -47,12 +47,15 @@ constexpr int MacroEdge = NativeScene::MacroEdge;
 #include "KernelWatch.h"
 #include "KernelBrick.h"
 #include "KernelFixed.h"
+#include "KernelProjectionCells.h"
 #if TERAVOX_COMPONENTS
 #include "KernelComponentPieces.h"
 #include "KernelComponents.h"
-#endif
+#include "KernelComponentProjection.h"
+#else
 #include "KernelProjection.h"
 #include "KernelProjectionLots.h"
+#endif
 #include "KernelDraw.h"
 // clang-format on
 enum Status : std::int32_t
@@ -299,7 +302,7 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
     scene.Error != nullptr ? scene.Error[pixel] : 0.0f };
   if (scene.Blend != BlendKind::Composite)
   {
-    c.Projection = LoadProjection(c, state, position[3]);
+    c.Projection = LoadProjection(c, state, pixel, position[3]);
   }
   if (scene.Shade)
   {
@@ -353,7 +356,7 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   std::int32_t side = 0;
   if (scene.Blend != BlendKind::Composite)
   {
-    side = StoreProjection(c, state);
+    side = StoreProjection(c, state, pixel);
   }
   color[0] = state.Color[0];
   color[1] = state.Color[1];
@@ -407,12 +410,16 @@ void MarchTile(
 
 void ResolvePicture(const NativeScene& scene)
 {
-  const Transfer table = TableOf(scene);
+#if TERAVOX_COMPONENTS
+  const ComponentTables tables = ComponentsOf(scene);
+#else
+  const Transfer tables = TableOf(scene);
+#endif
   const std::size_t pixels =
     static_cast<std::size_t>(scene.Width) * static_cast<std::size_t>(scene.Height);
   for (std::size_t i = 0; i < pixels; ++i)
   {
-    ResolveProjection(scene, table, scene.Color + 4 * i);
+    ResolveProjection(scene, tables, i);
   }
 }
 } // namespace

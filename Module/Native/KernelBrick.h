@@ -78,7 +78,7 @@ TERAVOX_INLINE Vectors PassedIn(const Walk& walk, const LotView& v)
 
 template <typename T>
 TERAVOX_INLINE LotField RangesOf(
-  const Context& c, const BrickView& view, const LotView& v, const Corners& k)
+  const Transfer& table, const BrickView& view, const LotView& v, const Corners& k)
 {
   LotField f;
   Floats least = k.V[0];
@@ -88,18 +88,18 @@ TERAVOX_INLINE LotField RangesOf(
     least = Min(least, k.V[i]);
     largest = Max(largest, k.V[i]);
   }
-  f.Least = NodeOf(c.Table, view, least);
-  f.Largest = NodeOf(c.Table, view, largest);
+  f.Least = NodeOf(table, view, least);
+  f.Largest = NodeOf(table, view, largest);
   f.Valid = v.Valid & HaveValues<T>(k);
   return f;
 }
 
-TERAVOX_INLINE Cubic FieldAlong(const Context& c, const BrickView& view, const Corners& k,
+TERAVOX_INLINE Cubic FieldAlong(const Transfer& table, const BrickView& view, const Corners& k,
   const Vectors& from, const Vectors& passed)
 {
   const Cubic texels = CubicAlong(k, from, passed);
-  const float toNodes = view.Scale * c.Table.NodesPerUnit;
-  return { NodeOf(c.Table, view, texels.A), texels.B * toNodes, texels.C * toNodes,
+  const float toNodes = view.Scale * table.NodesPerUnit;
+  return { NodeOf(table, view, texels.A), texels.B * toNodes, texels.C * toNodes,
     texels.D * toNodes };
 }
 
@@ -139,7 +139,7 @@ __attribute__((noinline)) void IntegrateLinear(
 {
   const LotView v = OpenLot<T>(c, walk, view);
   const Corners k = LoadCorners<T>(view, v.At);
-  const LotField field = RangesOf<T>(c, view, v, k);
+  const LotField field = RangesOf<T>(c.Table, view, v, k);
   const bool skip = c.P.Switches[0] != 0;
   const bool watch = c.Scene.Missed != nullptr;
   Ints visible = field.Valid;
@@ -156,7 +156,7 @@ __attribute__((noinline)) void IntegrateLinear(
   const Vectors w = PlacesIn(walk, v);
   const Vectors d = PassedIn(walk, v);
   Segments s;
-  s.Field = FieldAlong(c, view, k, w, d);
+  s.Field = FieldAlong(c.Table, view, k, w, d);
   s.Length = (v.End - v.Begin) * ray.World;
   const Turns turns = TurningPoints(s.Field);
   if (skip || watch)

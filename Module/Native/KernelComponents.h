@@ -8,33 +8,33 @@ inline float LargestLight(const Context& c)
   return c.Components.LargestLight;
 }
 
-// Whether nothing is to be seen of components with values between two data values.
-inline bool IsEmptyBetweenValues(const Context& c, float low, float high)
+// Ranges of bricks and regions are those of all components; in the place of nodes they are values.
+// `isEmpty`: whether an emitter makes no difference between two positions in its nodes.
+template <typename IsEmpty>
+inline Found FindComponents(Context& c, const Level& level, Index brick, const IsEmpty& isEmpty)
 {
   const ComponentTables& k = c.Components;
-  // The values may be rounded.
-  const float first = low - Abs(low) * 1.2e-7f;
-  const float last = high + Abs(high) * 1.2e-7f;
-  for (int e = 0; e < k.EmitterCount; ++e)
-  {
-    const Transfer& table = k.Tables[k.Emitters[e]];
-    if (!IsEmptyBetween(
-          table, TransferPosition(table, first, 0.0f), TransferPosition(table, last, 0.0f)))
-    {
-      return false;
-    }
-  }
-  return true;
-}
-
-// Ranges of bricks and regions are those of all components; in the place of nodes they are values.
-inline Found FindComponents(Context& c, const Level& level, Index brick)
-{
   Transfer values = c.Table;
   values.Low = values.LowRest = 0.0f;
   values.NodesPerUnit = 1.0f;
+  const auto areEmpty = [&](float low, float high)
+  {
+    // The values may be rounded.
+    const float first = low - Abs(low) * 1.2e-7f;
+    const float last = high + Abs(high) * 1.2e-7f;
+    for (int e = 0; e < k.EmitterCount; ++e)
+    {
+      const int i = k.Emitters[e];
+      if (!isEmpty(i, TransferPosition(k.Tables[i], first, 0.0f),
+            TransferPosition(k.Tables[i], last, 0.0f)))
+      {
+        return false;
+      }
+    }
+    return true;
+  };
   return Translate(c.Scene, values, level, brick,
-    [&](bool none, float from, float to) { return none || IsEmptyBetweenValues(c, from, to); });
+    [&](bool none, float from, float to) { return none || areEmpty(from, to); });
 }
 
 // The largest extinction that values allow: components together have at most the largest of
@@ -389,43 +389,5 @@ void ComponentsFixed(
     c.Report.Evaluated += static_cast<std::uint64_t>(count);
     c.Steps += static_cast<std::uint32_t>(2 * count);
     c.Samples += static_cast<std::uint64_t>(2 * count);
-  }
-}
-
-template <typename T>
-inline void DrawComponentsOf(Context& c, State& state, const Ray& ray, ComponentViews& views,
-  std::uint32_t slot, float t0, float t1)
-{
-  if (c.Scene.FixedStep)
-  {
-    ComponentsFixed<T>(c, state, ray, views, t0, t1);
-    return;
-  }
-  views[0].Occupancy = ComponentOccupancyOf<T>(c, views, slot);
-  ComponentsBrick<T>(c, state, ray, views, t0, t1);
-}
-
-// A brick in a slot.
-inline void DrawComponents(Context& c, State& state, const Ray& ray, int level, Index brick,
-  std::uint32_t slot, float t0, float t1)
-{
-  ComponentViews views;
-  const auto count = static_cast<std::uint32_t>(c.Components.Count);
-  for (std::uint32_t i = 0; i < count; ++i)
-  {
-    // Slots hold component after component.
-    views[i] = ViewBrick(c.Scene, c.Components.Tables[i], ray, level, brick, slot * count + i);
-  }
-  if (c.Scene.FloatTexels)
-  {
-    DrawComponentsOf<float>(c, state, ray, views, slot, t0, t1);
-  }
-  else if (c.Scene.BytesPerTexel == 1)
-  {
-    DrawComponentsOf<std::uint8_t>(c, state, ray, views, slot, t0, t1);
-  }
-  else
-  {
-    DrawComponentsOf<std::uint16_t>(c, state, ray, views, slot, t0, t1);
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a ray is cut by clipping planes and by the planes of cropping (Shaders/Intervals.frag,
-// Shaders/Library/Cut.glsl).
+// Where a ray is cut by clipping planes and by the planes of cropping, and where it meets a slice
+// (Shaders/Intervals.frag, Shaders/Library/Cut.glsl).
 
 // Shortens an interval by the clipping planes, at pixel (x, y).
 inline void ClipInterval(const NativeScene& scene, float x, float y, float& first, float& last)
@@ -93,4 +93,25 @@ inline void KeepInterval(
   }
   first = begin;
   last = end;
+}
+
+constexpr float SliceReach = 1.0e-3f;  // voxels
+constexpr float SliceLength = 2.4e-7f; // share of its depth
+
+// The place where a ray meets the slice, as an interval that is as short as floats allow. Faces of
+// the volume count, whatever side of them rounding puts the slice on.
+inline bool NarrowToSlice(
+  const NativeScene& scene, const Ray& ray, std::size_t pixel, float& first, float& last)
+{
+  const float at = scene.Depth[pixel];
+  const Quad d = ray.Direction;
+  const float near = SliceReach / SquareRoot((d[0] * d[0] + d[1] * d[1]) + d[2] * d[2]);
+  if (!(at >= first - near && at <= last + near && first < last))
+  {
+    return false;
+  }
+  const float begin = Max(Min(at, last - Abs(last) * SliceLength), first);
+  last = Min(last, begin + Max(Abs(begin) * SliceLength, 1.0e-30f));
+  first = begin;
+  return first < last;
 }

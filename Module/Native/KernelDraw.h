@@ -4,15 +4,56 @@
 // where on the way the ray's opacity becomes what is looked for (Shaders/Library/DrawFound.glsl).
 
 #if TERAVOX_COMPONENTS
+template <typename T>
+inline void DrawComponentsOf(Context& c, State& state, const Ray& ray, ComponentViews& views,
+  std::uint32_t slot, float t0, float t1)
+{
+  if (c.Scene.Blend != BlendKind::Composite)
+  {
+    ProjectComponents<T>(c, state, ray, views, t0, t1);
+    return;
+  }
+  if (c.Scene.FixedStep)
+  {
+    ComponentsFixed<T>(c, state, ray, views, t0, t1);
+    return;
+  }
+  views[0].Occupancy = ComponentOccupancyOf<T>(c, views, slot);
+  ComponentsBrick<T>(c, state, ray, views, t0, t1);
+}
+
 // A brick in a slot; `level` and `brick` are those that lie there.
 inline void DrawMapped(Context& c, State& state, const Ray& ray, int level, Index brick,
   std::uint32_t slot, float t0, float t1)
 {
-  DrawComponents(c, state, ray, level, brick, slot, t0, t1);
+  ComponentViews views;
+  const auto count = static_cast<std::uint32_t>(c.Components.Count);
+  for (std::uint32_t i = 0; i < count; ++i)
+  {
+    // Slots hold component after component.
+    views[i] = ViewBrick(c.Scene, c.Components.Tables[i], ray, level, brick, slot * count + i);
+  }
+  if (c.Scene.FloatTexels)
+  {
+    DrawComponentsOf<float>(c, state, ray, views, slot, t0, t1);
+  }
+  else if (c.Scene.BytesPerTexel == 1)
+  {
+    DrawComponentsOf<std::uint8_t>(c, state, ray, views, slot, t0, t1);
+  }
+  else
+  {
+    DrawComponentsOf<std::uint16_t>(c, state, ray, views, slot, t0, t1);
+  }
 }
 inline void DrawConstant(
   Context& c, State& state, const Ray& ray, const Found& found, float t0, float t1)
 {
+  if (c.Scene.Blend != BlendKind::Composite)
+  {
+    ProjectComponentsConstant(c, state, ray, found.Low, found.High, t0, t1);
+    return;
+  }
   ComponentsConstant(c, state, ray, found.Low, found.High, t0, t1);
 }
 #else

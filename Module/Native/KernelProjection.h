@@ -3,16 +3,14 @@
 // Blend modes other than composite: what each makes of a value, a range of values and a picture
 // (Shaders/Library/Projection.glsl). All values are positions in nodes of the transfer table.
 
-constexpr float SliceReach = 1.0e-3f;  // voxels
-constexpr float SliceLength = 2.4e-7f; // share of its depth
-
 inline bool IsExtreme(const Context& c)
 {
   return c.Scene.Blend == BlendKind::Maximum || c.Scene.Blend == BlendKind::Minimum;
 }
 
 // What a pass left of a ray.
-inline ProjectionState LoadProjection(const Context& c, const State& state, std::int32_t word)
+inline ProjectionState LoadProjection(
+  const Context& c, State& state, std::size_t, std::int32_t word)
 {
   ProjectionState p;
   p.Any = IsExtreme(c) && state.Color[1] != 0.0f;
@@ -24,7 +22,7 @@ inline ProjectionState LoadProjection(const Context& c, const State& state, std:
 }
 
 // Returns what belongs into the word of level and status. Isosurfaces and slices gather colours.
-inline std::int32_t StoreProjection(const Context& c, State& state)
+inline std::int32_t StoreProjection(const Context& c, State& state, std::size_t)
 {
   const ProjectionState& p = c.Projection;
   switch (c.Scene.Blend)
@@ -48,8 +46,9 @@ inline std::int32_t StoreProjection(const Context& c, State& state)
 }
 
 // Premultiplied colour and transmittance of a pixel, from what its ray gathered.
-inline void ResolveProjection(const NativeScene& scene, const Transfer& table, float* pixel)
+inline void ResolveProjection(const NativeScene& scene, const Transfer& table, std::size_t i)
 {
+  float* pixel = scene.Color + 4 * i;
   const MarchParameters& p = *scene.Parameters;
   const bool any = pixel[1] != 0.0f;
   const auto gray = [&](bool seen, float value)
@@ -83,15 +82,11 @@ inline void ResolveProjection(const NativeScene& scene, const Transfer& table, f
   }
 }
 
-// Values with the sign that makes the wanted extreme the largest, where more makes no difference
-// to the picture cut off.
+// Where more makes no difference to the picture, values are cut off.
 template <typename F>
 TERAVOX_INLINE F ExtremeOf(const Context& c, F signedNode)
 {
-  const F zero = F{};
-  const float nodes = c.Table.Nodes;
-  return c.P.Projection[0] > 0.0f ? Min(Max(signedNode, zero - 1.0f), zero + nodes)
-                                  : Min(Max(signedNode, zero - nodes), zero + 1.0f);
+  return ExtremeWithin(c.P.Projection[0], c.Table.Nodes, signedNode);
 }
 // A value that is better by no more than rounding isn't better. So a region whose range promises
 // nothing better can be left out without a change.
@@ -200,16 +195,12 @@ inline bool SkipsRange(Context& c, bool none, float from, float to)
 
 inline Found FindBrick(Context& c, const Level& level, Index brick)
 {
-#if TERAVOX_COMPONENTS
-  return FindComponents(c, level, brick);
-#else
   if (c.Scene.Blend == BlendKind::Composite)
   {
     return Translate(c.Scene, c.Table, level, brick);
   }
   return Translate(c.Scene, c.Table, level, brick,
     [&](bool none, float from, float to) { return SkipsRange(c, none, from, to); });
-#endif
 }
 
 // A surface at a depth of the ray, where its normal is known.
@@ -301,22 +292,4 @@ inline void ProjectConstant(
       TakeSlice(c, state, node);
       break;
   }
-}
-
-// The place where a ray meets the slice, as an interval that is as short as floats allow. Faces of
-// the volume count, whatever side of them rounding puts the slice on.
-inline bool NarrowToSlice(
-  const NativeScene& scene, const Ray& ray, std::size_t pixel, float& first, float& last)
-{
-  const float at = scene.Depth[pixel];
-  const Quad d = ray.Direction;
-  const float near = SliceReach / SquareRoot((d[0] * d[0] + d[1] * d[1]) + d[2] * d[2]);
-  if (!(at >= first - near && at <= last + near && first < last))
-  {
-    return false;
-  }
-  const float begin = Max(Min(at, last - Abs(last) * SliceLength), first);
-  last = Min(last, begin + Max(Abs(begin) * SliceLength, 1.0e-30f));
-  first = begin;
-  return first < last;
 }

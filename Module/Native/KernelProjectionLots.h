@@ -2,11 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Blend modes other than composite through a resident brick: from cell to cell, in lots of eight.
 
-// What an average may be off by in a cell, as a share of what the cell adds and at least.
-constexpr float SumTolerance = 1.0e-3f;
-constexpr float LeastSumTolerance = 1.0e-6f;
-
-// The best value of each cell, at its ends or where its cubic turns.
+// The best values of cells, in the order of the ray.
 TERAVOX_INLINE void TakeExtremes(Context& c, State& state, Floats best, Ints valid)
 {
   const Ints better = valid & (best > c.Projection.Extreme + c.P.Projection[1]);
@@ -21,20 +17,14 @@ TERAVOX_INLINE void ProjectExtremes(Context& c, State& state, const BrickView& v
   const Corners& k, const Vectors& from, const Vectors& passed, LotField& f)
 {
   const float sign = c.P.Projection[0];
-  const Floats low = Min(sign * f.Least, sign * f.Largest);
   const Floats high = Max(sign * f.Least, sign * f.Largest);
   const Ints promising = f.Valid & (ExtremeOf(c, high) > c.Projection.Extreme + c.P.Projection[1]);
   if (Bits(promising) == 0)
   {
     return;
   }
-  f.Field = FieldAlong(c, view, k, from, passed);
-  const Turns turns = TurnsOf(f.Field);
-  const Floats ends = Max(sign * f.Field.A, sign * Along(f.Field, Splat(1.0f)));
-  const Floats middle =
-    Max(sign * Along(f.Field, turns.First), sign * Along(f.Field, turns.Second));
-  // Between the corners, whatever rounding does.
-  const Floats best = Min(Max(Max(ends, middle), low), high);
+  f.Field = FieldAlong(c.Table, view, k, from, passed);
+  const Floats best = BestAlong(f.Field, sign, f.Least, f.Largest);
   TakeExtremes(c, state, ExtremeOf(c, best), promising);
 }
 
@@ -87,7 +77,7 @@ TERAVOX_INLINE void ProjectSurfaces(Context& c, State& state, const BrickView& v
   Turns turns{};
   const auto prepare = [&]
   {
-    f.Field = FieldAlong(c, view, k, from, passed);
+    f.Field = FieldAlong(c.Table, view, k, from, passed);
     turns = TurnsOf(f.Field);
     if (c.Scene.Shade)
     {
@@ -144,125 +134,22 @@ TERAVOX_INLINE void ProjectSurfaces(Context& c, State& state, const BrickView& v
   }
 }
 
-// Of a piece on which the field is nearly linear: the integral of the table, over the part where
-// values count, and the share of that part.
-struct PieceSum
-{
-  Floats Mean;
-  Floats Share;
-};
-TERAVOX_INLINE PieceSum SumBetween(const Context& c, Floats a, Floats b)
-{
-  const Floats zero = {};
-  const Floats one = zero + 1.0f;
-  PieceSum s;
-  s.Share = one;
-  Floats from = a;
-  Floats to = b;
-  if (c.Scene.Blend == BlendKind::Average)
-  {
-    const Floats low = zero + c.P.Projection[2];
-    const Floats high = zero + c.P.Projection[3];
-    from = Min(Max(a, low), high);
-    to = Min(Max(b, low), high);
-    const Floats whole = b - a;
-    // A piece of nearly one value counts or doesn't.
-    const Ints flat = Abs(whole) < 1.0e-6f * Max(Abs(a), Abs(b)) + 1.0e-20f;
-    const Ints inside = (a >= low) & (a <= high);
-    s.Share = Select(flat, Select(inside, one, zero), (to - from) / Select(flat, one, whole));
-  }
-  const Sample<Floats> first = SampleTransfer(c.Table, from);
-  const Sample<Floats> last = SampleTransfer(c.Table, to);
-  s.Mean = MeanExtinction(first, last, zero, zero).Mean * s.Share;
-  return s;
-}
-
-// Eight pieces of one or several cubics: as two and as four linear ones.
-struct PieceSums
-{
-  Floats Sum; // lengths are shares of the piece
-  Floats Share;
-  Ints Exact; // halves wouldn't differ
-};
-TERAVOX_INLINE PieceSums SumsOf(const Context& c, const Cubic& f, Floats from, Floats to)
-{
-  const Floats size = to - from;
-  Floats at[5];
-  for (int i = 0; i < 5; ++i)
-  {
-    at[i] = Along(f, from + size * (0.25f * static_cast<float>(i)));
-  }
-  const auto add = [](const PieceSum& a, const PieceSum& b) {
-    return PieceSum{ a.Mean + b.Mean, a.Share + b.Share };
-  };
-  const PieceSum two = add(SumBetween(c, at[0], at[2]), SumBetween(c, at[2], at[4]));
-  const PieceSum four = add(add(SumBetween(c, at[0], at[1]), SumBetween(c, at[1], at[2])),
-    add(SumBetween(c, at[2], at[3]), SumBetween(c, at[3], at[4])));
-  PieceSums s;
-  s.Sum = four.Mean * 0.25f;
-  s.Share = four.Share * 0.25f;
-  const Floats offSum = Abs(s.Sum - 0.5f * two.Mean);
-  const Floats offShare = Abs(s.Share - 0.5f * two.Share);
-  s.Exact = (offSum <= SumTolerance * s.Sum + LeastSumTolerance) &
-    (offShare <= SumTolerance * s.Share + LeastSumTolerance);
-  return s;
-}
-
-// The sums over a cell that isn't smooth, in eighths and eighths of those.
-inline void SumInParts(
-  Context& c, const Cubic& f, float from, float to, float length, float& sum, float& counted)
-{
-  const Floats eighths = { 0.0f, 0.125f, 0.25f, 0.375f, 0.5f, 0.625f, 0.75f, 0.875f };
-  const Floats begin = from + (to - from) * eighths;
-  const Floats end = from + (to - from) * (eighths + 0.125f);
-  const PieceSums s = SumsOf(c, f, begin, end);
-  c.Steps += 4;
-  const float part = length * 0.125f;
-  for (int l = 0; l < Lanes; ++l)
-  {
-    if (s.Exact[l] == 0 && to - from > 8.0f * SmallestPiece)
-    {
-      SumInParts(c, f, begin[l], end[l], part, sum, counted);
-      continue;
-    }
-    sum += s.Sum[l] * part;
-    counted += s.Share[l] * part;
-  }
-}
-
 TERAVOX_INLINE void ProjectSums(Context& c, const Ray& ray, const BrickView& view, const LotView& v,
   const Corners& k, const Vectors& from, const Vectors& passed, LotField& f)
 {
-  f.Field = FieldAlong(c, view, k, from, passed);
+  f.Field = FieldAlong(c.Table, view, k, from, passed);
+  const SumRule rule{ c.Table, c.Scene.Blend == BlendKind::Average, c.P.Projection[2],
+    c.P.Projection[3] };
   const Turns turns = TurnsOf(f.Field);
   const Floats zero = {};
-  const PieceSums s = SumsOf(c, f.Field, zero, zero + 1.0f);
+  const PieceSums s = SumsOf(rule, f.Field, zero, zero + 1.0f);
   const Floats length = (v.End - v.Begin) * ray.World;
   for (unsigned bits = Bits(f.Valid); bits != 0; bits &= bits - 1)
   {
     const int l = __builtin_ctz(bits);
-    if (s.Exact[l] != 0 && !(turns.First[l] < 1.0f))
-    {
-      c.Projection.Sum += s.Sum[l] * length[l];
-      c.Projection.Length += s.Share[l] * length[l];
-      continue;
-    }
-    const Cubic lane{ Splat(f.Field.A[l]), Splat(f.Field.B[l]), Splat(f.Field.C[l]),
-      Splat(f.Field.D[l]) };
-    float sum = 0;
-    float counted = 0;
-    // Nothing is missed between the ends of a part that doesn't turn.
-    const float ends[4] = { 0.0f, turns.First[l], turns.Second[l], 1.0f };
-    for (int i = 0; i < 3; ++i)
-    {
-      if (ends[i] < ends[i + 1])
-      {
-        SumInParts(
-          c, lane, ends[i], ends[i + 1], (ends[i + 1] - ends[i]) * length[l], sum, counted);
-      }
-    }
-    c.Projection.Sum += sum;
-    c.Projection.Length += counted;
+    const CellSum sum = SumOfCell(rule, f.Field, turns, s, l, length[l], c.Steps);
+    c.Projection.Sum += sum.Sum;
+    c.Projection.Length += sum.Length;
   }
 }
 
@@ -272,7 +159,7 @@ __attribute__((noinline)) void ProjectLinear(
 {
   const LotView v = OpenLot<T>(c, walk, view);
   const Corners k = LoadCorners<T>(view, v.At);
-  LotField f = RangesOf<T>(c, view, v, k);
+  LotField f = RangesOf<T>(c.Table, view, v, k);
   const Vectors from = PlacesIn(walk, v);
   const Vectors passed = PassedIn(walk, v);
   switch (c.Scene.Blend)

@@ -29,6 +29,7 @@ NativeResolver Resolver();
 namespace baseline_components
 {
 NativeKernel Kernel();
+NativeResolver Resolver();
 }
 namespace baseline_gradient
 {
@@ -52,6 +53,7 @@ NativeResolver Resolver();
 namespace avx2_components
 {
 NativeKernel Kernel();
+NativeResolver Resolver();
 }
 namespace avx2_gradient
 {
@@ -116,12 +118,17 @@ NativeKernel ChooseMaskKernel(bool gradientOpacity)
   return UsesAVX2() ? avx2_mask::Kernel() : baseline_mask::Kernel();
 }
 
+NativeResolver ChooseComponentResolver()
+{
+  return UsesAVX2() ? avx2_components::Resolver() : baseline_components::Resolver();
+}
+
 NativeResolver ChooseNativeResolver()
 {
   return UsesAVX2() ? avx2::Resolver() : baseline::Resolver();
 }
 
-void NativeView::Resize(int width, int height, bool estimate, bool firstHit)
+void NativeView::Resize(int width, int height, bool estimate, bool firstHit, bool lengths)
 {
   const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   this->Width = width;
@@ -133,17 +140,18 @@ void NativeView::Resize(int width, int height, bool estimate, bool firstHit)
   this->Missed.assign(pixels, 0);
   this->Reach.assign(pixels, 0);
   this->FirstHit.assign(firstHit ? 2 * pixels : 0, NoHit);
+  this->Lengths.assign(lengths ? 4 * pixels : 0, 0);
 }
 
-void NativeView::Clear(int stage, const LatticeLimits& limits)
+void NativeView::Clear(int stage, const LatticeLimits& limits, const std::array<float, 4>& ray)
 {
   std::fill(this->Position.begin(), this->Position.end(), 0);
   std::fill(this->Error.begin(), this->Error.end(), 0.0f);
   std::fill(this->FirstHit.begin(), this->FirstHit.end(), NoHit);
-  std::fill(this->Color.begin(), this->Color.end(), 0.0f);
-  for (std::size_t i = 3; i < this->Color.size(); i += 4)
+  std::fill(this->Lengths.begin(), this->Lengths.end(), 0.0f);
+  for (std::size_t i = 0; i < this->Color.size(); ++i)
   {
-    this->Color[i] = 1;
+    this->Color[i] = ray[i % 4];
   }
   this->HasLattice = stage > 0;
   this->LatticeStage = stage;
@@ -280,6 +288,7 @@ void SetView(NativeScene& scene, NativeView& view, int width, int height)
     scene.LatticeDistance = static_cast<float>(view.Limits.Distance);
   }
   scene.FirstHit = view.FirstHit.empty() ? nullptr : view.FirstHit.data();
+  scene.Lengths = view.Lengths.empty() ? nullptr : view.Lengths.data();
 }
 
 namespace

@@ -33,10 +33,14 @@ struct NativeView
   int LatticeStage = 0;        ///< that has to be decided on next; 0: all have been
   LatticeLimits Limits;        ///< of its interpolated pixels
   std::vector<float> FirstHit; ///< depth and level of the hit, NoHit; empty if nobody asks
+  std::vector<float> Lengths;  ///< see NativeScene; empty but for averages of several components
 
-  void Resize(int width, int height, bool estimate = false, bool firstHit = false);
-  /// All rays at their begin. `stage`: that a lattice begins with; 0: all pixels are cast.
-  void Clear(int stage = 0, const LatticeLimits& limits = {});
+  void Resize(
+    int width, int height, bool estimate = false, bool firstHit = false, bool lengths = false);
+  /// All rays at their begin. `stage`: that a lattice begins with; 0: all pixels are cast. `ray`:
+  /// what each holds, see NewRay().
+  void Clear(int stage = 0, const LatticeLimits& limits = {},
+    const std::array<float, 4>& ray = { 0, 0, 0, 1 });
   /// From now on all rays are cast at once. The picture is the same: pixels that would have been
   /// interpolated are, afterwards.
   void CastAll();
@@ -45,7 +49,7 @@ struct NativeView
   void FillDeferred();
   /// Depth becomes that of a slice where opaque geometry isn't in front of it, else NaN.
   void SetSlice(const std::vector<float>& slice, const IntervalParameters& intervals);
-  static constexpr std::uint64_t BytesPerPixel = 45; ///< without Error and FirstHit
+  static constexpr std::uint64_t BytesPerPixel = 45; ///< without Error, FirstHit and Lengths
   static constexpr float NoHit = 3.0e38f;
 
 private:

@@ -77,6 +77,8 @@ struct NativeScene
   std::int32_t* Position = nullptr; ///< brick; level | interval << 8 | status << 16
   const float* Depth = nullptr;     ///< opaque depth, 0..1
   float* Error = nullptr;           ///< estimate of the colour's error so far, or nothing
+  /// Of averages of several components: lengths where values count, four per pixel.
+  float* Lengths = nullptr;
   float* FirstHit = nullptr; ///< depth and level at which the transmittance is Value[3], or nothing
 
   /// Of a picture of which some pixels are interpolated (ImageLattice.h), else null: per pixel
@@ -147,5 +149,6 @@ NativeKernel ChooseGradientKernel();
 /// The same for volumes with a mask, without and with GradientOpacity.
 NativeKernel ChooseMaskKernel(bool gradientOpacity);
 NativeResolver ChooseNativeResolver();
+NativeResolver ChooseComponentResolver();
 
 } // namespace teravox

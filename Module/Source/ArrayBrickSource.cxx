@@ -196,6 +196,7 @@ ArrayBrickSource::ArrayBrickSource(const ArrayDescription& array)
   this->Info_.Labels = array.Labels;
   this->Info_.CellData = array.CellData;
   this->Info_.Range = array.Range;
+  this->Info_.ComponentRanges = array.ComponentRanges;
   this->Info_.Origin = array.Origin;
   this->Info_.Spacing = array.Spacing;
   this->Info_.Direction = array.Direction;

@@ -37,6 +37,7 @@ struct ArrayDescription
   /// Levels and bricks, instead of the default ones with BrickSize.
   std::optional<PyramidLayout> Layout;
   ValueRange Range = ValueRange::Unknown(); ///< of all voxels, where the caller knows it
+  std::vector<ValueRange> ComponentRanges;  ///< likewise, see VolumeInfo
   Double3 Origin{ 0, 0, 0 };
   Double3 Spacing{ 1, 1, 1 };
   std::array<double, 9> Direction{ 1, 0, 0, 0, 1, 0, 0, 0, 1 };

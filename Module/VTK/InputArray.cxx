@@ -177,7 +177,8 @@ std::shared_ptr<BrickSource> InputArray::Find(vtkImageData* image, vtkDataArray*
   for (int c = 0; c < description.Components; ++c)
   {
     array->GetRange(range, c);
-    description.Range.Include({ range[0], range[1] });
+    description.ComponentRanges.push_back({ range[0], range[1] });
+    description.Range.Include(description.ComponentRanges.back());
   }
   description.Spacing = key.Spacing;
   description.ExtentStart = key.ExtentStart;

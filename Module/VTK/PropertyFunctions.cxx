@@ -137,6 +137,27 @@ bool AreDependent(vtkVolumeProperty* property, int components)
 }
 } // namespace
 
+std::optional<int> SurfaceComponent(vtkVolumeProperty* property, int components)
+{
+  if (AreDependent(property, components))
+  {
+    return std::nullopt;
+  }
+  int largest = 0;
+  for (int c = 1; c < components; ++c)
+  {
+    largest = property->GetComponentWeight(c) > property->GetComponentWeight(largest) ? c : largest;
+  }
+  return largest;
+}
+
+bool CanBlendComponents(vtkVolumeProperty* property, int components, BlendKind kind)
+{
+  return components == 1 ||
+    IsOfComponents(kind,
+      AreDependent(property, components) ? ComponentMode::Dependent : ComponentMode::Independent);
+}
+
 bool HasGradientOpacity(vtkVolumeProperty* property, int component)
 {
   return property->GetTransferFunctionMode() == vtkVolumeProperty::TF_1D &&

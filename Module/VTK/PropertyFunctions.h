@@ -7,6 +7,7 @@
 #include "Types.h"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 #include <vtkType.h>
 
@@ -36,6 +37,13 @@ bool HasGradientOpacity(vtkVolumeProperty* property, int component);
 /// The functions of a component as they are now. Copies: they are sampled later.
 TransferFunction MakeTransferFunction(
   vtkVolumeProperty* property, int component, const RangeChoice& range);
+
+/// Of so many components the one whose isosurfaces are drawn, as VTK 9.1 does: of independent ones
+/// that with the largest weight, the first of several; nothing of dependent ones.
+std::optional<int> SurfaceComponent(vtkVolumeProperty* property, int components);
+
+/// Whether so many components, as the property takes them, can be drawn in a blend mode.
+bool CanBlendComponents(vtkVolumeProperty* property, int components, BlendKind kind);
 
 /// Those of several components.
 ComponentFunctions MakeComponentFunctions(

@@ -152,8 +152,9 @@ public:
   std::shared_ptr<teravox::BrickSource> Scalars;
   std::shared_ptr<teravox::BrickSource> ScalarsSource;
   int ScalarsComponent = 0;
-  std::shared_ptr<teravox::BrickSource> ScalarsOf(
-    const vtkOutOfCoreVolumeMapper& mapper, const std::shared_ptr<teravox::BrickSource>& source);
+  int FunctionComponent = 0; // whose functions and material are those of scalars
+  std::shared_ptr<teravox::BrickSource> ScalarsOf(const vtkOutOfCoreVolumeMapper& mapper,
+    vtkVolumeProperty* property, const std::shared_ptr<teravox::BrickSource>& source);
 
   // Whose context holds what the engine has on the GPU, and when that context was made: a window
   // may get another one.
@@ -226,19 +227,27 @@ public:
   }
 };
 
-// The source itself where vectors aren't to become scalars, or aren't vectors.
+// The source itself where vectors aren't to become scalars, or aren't vectors; isosurfaces are of
+// one component.
 std::shared_ptr<teravox::BrickSource> vtkOutOfCoreVolumeMapper::vtkInternals::ScalarsOf(
-  const vtkOutOfCoreVolumeMapper& mapper, const std::shared_ptr<teravox::BrickSource>& source)
+  const vtkOutOfCoreVolumeMapper& mapper, vtkVolumeProperty* property,
+  const std::shared_ptr<teravox::BrickSource>& source)
 {
   const int components = source->Info().Components;
-  if (components == 1 || mapper.VectorMode == DISABLED)
+  const std::optional<int> surface =
+    mapper.BlendMode == ISOSURFACE_BLEND && mapper.VectorMode == DISABLED
+    ? teravox::SurfaceComponent(property, components)
+    : std::nullopt;
+  // Vectors become scalars for the functions of the first component.
+  this->FunctionComponent = surface.value_or(0);
+  if (components == 1 || (mapper.VectorMode == DISABLED && !surface))
   {
     this->Scalars = this->ScalarsSource = nullptr;
     return source;
   }
-  const int component = mapper.VectorMode == MAGNITUDE
-    ? teravox::ScalarBrickSource::Magnitude
-    : std::min(mapper.VectorComponent, components - 1);
+  const int component = surface      ? *surface
+    : mapper.VectorMode == MAGNITUDE ? teravox::ScalarBrickSource::Magnitude
+                                     : std::min(mapper.VectorComponent, components - 1);
   if (!this->Scalars || this->ScalarsSource != source || this->ScalarsComponent != component)
   {
     this->Scalars = std::make_shared<teravox::ScalarBrickSource>(source, component);
@@ -629,6 +638,47 @@ bool IsMasked(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p, int components)
     (!HasLabelMask(m, p) || m->GetBlendMode() == vtkVolumeMapper::COMPOSITE_BLEND);
 }
 
+// What VTK's blend mode is here, with the values that belong to it.
+teravox::Projection MakeProjection(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p)
+{
+  teravox::Projection projection;
+  switch (m->GetBlendMode())
+  {
+    case vtkVolumeMapper::MAXIMUM_INTENSITY_BLEND:
+      projection.Kind = teravox::BlendKind::Maximum;
+      break;
+    case vtkVolumeMapper::MINIMUM_INTENSITY_BLEND:
+      projection.Kind = teravox::BlendKind::Minimum;
+      break;
+    case vtkVolumeMapper::AVERAGE_INTENSITY_BLEND:
+    {
+      double range[2];
+      m->GetAverageIPScalarRange(range);
+      projection.Kind = teravox::BlendKind::Average;
+      projection.RangeLow = range[0];
+      projection.RangeHigh = range[1];
+      break;
+    }
+    case vtkVolumeMapper::ADDITIVE_BLEND:
+      projection.Kind = teravox::BlendKind::Additive;
+      break;
+    case vtkVolumeMapper::ISOSURFACE_BLEND:
+    {
+      vtkContourValues* contours = p->GetIsoSurfaceValues();
+      projection.Kind = teravox::BlendKind::Isosurface;
+      projection.IsoValues.assign(
+        contours->GetValues(), contours->GetValues() + contours->GetNumberOfContours());
+      break;
+    }
+    case vtkVolumeMapper::SLICE_BLEND:
+      projection.Kind = teravox::BlendKind::Slice;
+      break;
+    default:
+      break;
+  }
+  return projection;
+}
+
 // Properties of VTK that this mapper doesn't do; each warns once, by name.
 std::vector<std::string> FindUnsupported(
   vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p, vtkVolume* v, int components)
@@ -678,7 +728,7 @@ std::vector<std::string> FindUnsupported(
   check(p->GetTransferFunctionMode() != vtkVolumeProperty::TF_1D, "TransferFunctionMode");
   check(components == 3 && p->GetIndependentComponents() == 0,
     "IndependentComponents off with 3 components");
-  check(components > 1 && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND,
+  check(!teravox::CanBlendComponents(p, components, MakeProjection(m, p).Kind),
     "BlendMode with components");
   check(p->GetUseClippedVoxelIntensity() != 0, "UseClippedVoxelIntensity");
   check(teravox::HasShaderReplacements(v), "ShaderProperty");
@@ -687,47 +737,6 @@ std::vector<std::string> FindUnsupported(
     "IsoSurfaceValues beyond the first 256 visible ones");
   teravox::CheckNewerSettings(m, p, check);
   return names;
-}
-
-// What VTK's blend mode is here, with the values that belong to it.
-teravox::Projection MakeProjection(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p)
-{
-  teravox::Projection projection;
-  switch (m->GetBlendMode())
-  {
-    case vtkVolumeMapper::MAXIMUM_INTENSITY_BLEND:
-      projection.Kind = teravox::BlendKind::Maximum;
-      break;
-    case vtkVolumeMapper::MINIMUM_INTENSITY_BLEND:
-      projection.Kind = teravox::BlendKind::Minimum;
-      break;
-    case vtkVolumeMapper::AVERAGE_INTENSITY_BLEND:
-    {
-      double range[2];
-      m->GetAverageIPScalarRange(range);
-      projection.Kind = teravox::BlendKind::Average;
-      projection.RangeLow = range[0];
-      projection.RangeHigh = range[1];
-      break;
-    }
-    case vtkVolumeMapper::ADDITIVE_BLEND:
-      projection.Kind = teravox::BlendKind::Additive;
-      break;
-    case vtkVolumeMapper::ISOSURFACE_BLEND:
-    {
-      vtkContourValues* contours = p->GetIsoSurfaceValues();
-      projection.Kind = teravox::BlendKind::Isosurface;
-      projection.IsoValues.assign(
-        contours->GetValues(), contours->GetValues() + contours->GetNumberOfContours());
-      break;
-    }
-    case vtkVolumeMapper::SLICE_BLEND:
-      projection.Kind = teravox::BlendKind::Slice;
-      break;
-    default:
-      break;
-  }
-  return projection;
 }
 
 // Where the picture goes, and what is made of its colours on the way.
@@ -800,12 +809,14 @@ teravox::LightInput ToLight(vtkLight* light)
 
 // One headlight of full intensity is a case of its own, as in VTK: there the ambient part of the
 // material is that of the colour, else of the lights.
-void SetMaterial(vtkRenderer* ren, vtkVolumeProperty* property, teravox::FrameRequest& request)
+void SetMaterial(
+  vtkRenderer* ren, vtkVolumeProperty* property, int component, teravox::FrameRequest& request)
 {
   request.Shade = property->GetShade() != 0;
-  request.Material = { static_cast<float>(property->GetAmbient()),
-    static_cast<float>(property->GetDiffuse()), static_cast<float>(property->GetSpecular()),
-    static_cast<float>(property->GetSpecularPower()) };
+  request.Material = { static_cast<float>(property->GetAmbient(component)),
+    static_cast<float>(property->GetDiffuse(component)),
+    static_cast<float>(property->GetSpecular(component)),
+    static_cast<float>(property->GetSpecularPower(component)) };
   request.TwoSided = ren->GetTwoSidedLighting() != 0;
   request.LightDiffuse = { 0, 0, 0 };
   request.LightSpecular = { 0, 0, 0 };
@@ -963,7 +974,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   }
   vtkVolumeProperty* property = vol->GetProperty();
   // What is drawn: the source, or one scalar of it; or the part of that in the mask.
-  std::shared_ptr<teravox::BrickSource> source = in.ScalarsOf(*this, drawn.Source);
+  std::shared_ptr<teravox::BrickSource> source = in.ScalarsOf(*this, property, drawn.Source);
   const int components = source->Info().Components;
   for (const std::string& name : FindUnsupported(this, property, vol, components))
   {
@@ -1028,7 +1039,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   request.Camera.CellData = drawn.CellData;
   SetCuts(this, request.Camera);
   request.Nearest = property->GetInterpolationType() == VTK_NEAREST_INTERPOLATION;
-  SetMaterial(ren, property, request);
+  SetMaterial(ren, property, in.FunctionComponent, request);
   // Steps of a given length don't end where a mask does.
   request.Tolerance = masked && this->ImageErrorTolerance <= 0 ? teravox::FrameRequest().Tolerance
                                                                : this->ImageErrorTolerance;
@@ -1044,9 +1055,10 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   request.ErrorEstimate = this->ErrorEstimate != 0;
   request.RecordBricks = this->RecordBricks != 0;
   SetOutput(this, request);
-  if (!request.ShowLevel && components == 1)
+  const teravox::Projection projection = MakeProjection(this, property);
+  if (!request.ShowLevel && teravox::CanBlendComponents(property, components, projection.Kind))
   {
-    request.Blend = MakeProjection(this, property);
+    request.Blend = projection;
   }
   if (request.Blend.Kind == teravox::BlendKind::Slice)
   {
@@ -1142,7 +1154,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
       const auto blend = static_cast<double>(this->MaskBlendFactor);
       in.Engine.SetTransferFunction(masked && HasLabelMask(this, property)
           ? teravox::MakeLabelFunctions(property, range, blend)
-          : teravox::MakeTransferFunction(property, 0, range),
+          : teravox::MakeTransferFunction(property, in.FunctionComponent, range),
         in.FunctionVersion);
     }
   }

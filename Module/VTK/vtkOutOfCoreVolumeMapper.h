@@ -40,9 +40,14 @@
  * ones the first has the colour and the second the opacity, of four the first three are red, green
  * and blue (0 to the largest value of an integer type, 0 to 1 of floats) and the fourth has the
  * opacity, each by the functions of component 0; normals are those of the opacity's component, as
- * vtkVolumeProperty documents (VTK 9.1's shader takes the first). Several components are drawn by
- * composite blending only, without interpolated pixels. SetVectorMode() draws one scalar of them,
- * with any blend mode.
+ * vtkVolumeProperty documents (VTK 9.1's shader takes the first). Independent ones are also drawn
+ * by maximum and minimum intensity, average and additive, each component as if it were alone:
+ * extremes with the sum of weight times opacity times colour and the sum of weight times opacity
+ * (VTK 9.1 takes maxima for minima there), averages and sums weighted, with values counted over the
+ * range of the component where that is known (arrays), else over that of all. Isosurfaces are those
+ * of the component with the largest weight, as in VTK. The rest is drawn by composite blending,
+ * with a warning. There are no interpolated pixels. SetVectorMode() draws one scalar of them, with
+ * any blend mode.
  *
  * Needs OpenGL 4.3. With clipping planes, cropping and lights of all kinds; every
  * property of the base class that isn't supported warns once by name when it is set to something

@@ -47,6 +47,9 @@ layout(std140, binding = 0) uniform View
   vec4 u_componentMaterial[4]; // as u_material
   vec4 u_gradient; // xyz: nodes of the gradient table per central difference along an axis, in data
                    // per voxel of level 0; w: the last node
+  // Of blend modes other than composite. x: what a position in nodes may be off by rounding; y: last
+  // node that differs, least node that counts; z: largest node that counts; w: factor of sums.
+  vec4 u_componentProjection[4];
 };
 
 layout(binding = 0) uniform sampler3D u_atlasTexture;
@@ -71,6 +74,11 @@ layout(binding = 0, rgba32f) uniform writeonly image2D u_colorState;
 layout(binding = 1, rgba32i) uniform writeonly iimage2D u_positionState;
 #if TERAVOX_ESTIMATE || TERAVOX_COUNT
 layout(binding = 2, r32f) uniform image2D u_errorState; // or samples
+#endif
+#if TERAVOX_COMPONENTS
+// Of averages of several components: where values count, world units, of each.
+layout(binding = 9) uniform sampler2D u_lengthsBefore;
+layout(binding = 4, rgba32f) uniform writeonly image2D u_lengthsState;
 #endif
 #if TERAVOX_FIRST_HIT
 layout(binding = 3, rg32f) uniform writeonly image2D u_firstHit; // depth, level

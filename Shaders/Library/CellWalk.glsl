@@ -73,8 +73,13 @@ bool FetchComponents(BrickView view, bool skip, inout VisitedCell cell)
     Corners k = cell.corners[c];
     float least = min(SmallestOf(k.near), SmallestOf(k.far));
     float largest = max(LargestOf(k.near), LargestOf(k.far));
-    bool visible =
-      !(skip && IsPartEmpty(c, PartNode(view, c, least), PartNode(view, c, largest)));
+    float from = PartNode(view, c, least);
+    float to = PartNode(view, c, largest);
+#if TERAVOX_BLEND
+    bool visible = !(skip && SkipsPart(c, false, from, to));
+#else
+    bool visible = !(skip && IsPartEmpty(c, from, to));
+#endif
 #if TERAVOX_FLOAT_DATA
     visible = visible && HasValues(k);
 #endif
@@ -144,7 +149,9 @@ VisitedCell NextVisibleCell(inout CellWalk walk, inout State state, BrickView vi
       float least = min(SmallestOf(found.corners.near), SmallestOf(found.corners.far));
       float largest = max(LargestOf(found.corners.near), LargestOf(found.corners.far));
 #endif
-#if TERAVOX_BLEND
+#if TERAVOX_BLEND && TERAVOX_COMPONENTS
+      found.visible = found.visible && walk.t > found.begin;
+#elif TERAVOX_BLEND
       // Cells without length don't count: leaps pass them by.
       bool none = false;
 #if TERAVOX_FLOAT_DATA
@@ -183,7 +190,9 @@ VisitedCell NextVisibleCell(inout CellWalk walk, inout State state, BrickView vi
         break;
       }
       vec3 at = clamp(floor((walk.cell - BORDER) * (1.0 / float(CELL_EDGE))), 0.0, lastRange);
-#if TERAVOX_COMPONENTS
+#if TERAVOX_BLEND && TERAVOX_COMPONENTS
+      bool empty = skip && SkipsCellRange(view, ivec3(at));
+#elif TERAVOX_COMPONENTS
       bool empty = skip && IsCellRangeEmpty(view, ivec3(at));
 #else
       vec2 range = CellRange(view, ivec3(at));
@@ -191,7 +200,7 @@ VisitedCell NextVisibleCell(inout CellWalk walk, inout State state, BrickView vi
 #if TERAVOX_MASK
       SelectTablesOf(view, ivec3(at));
 #endif
-#if TERAVOX_BLEND
+#if TERAVOX_BLEND && !TERAVOX_COMPONENTS
       bool empty = false;
 #elif !TERAVOX_COMPONENTS
       bool empty =
@@ -205,7 +214,9 @@ VisitedCell NextVisibleCell(inout CellWalk walk, inout State state, BrickView vi
       vec3 face = mix(low - vec3(equal(at, vec3(0.0))), low + float(CELL_EDGE), walk.forward);
       precise vec3 exits = (face - walk.first) * walk.inverse;
       float leave = max(Minimum(exits), walk.t);
-#if TERAVOX_BLEND
+#if TERAVOX_BLEND && TERAVOX_COMPONENTS
+      empty = empty || (skip && !(leave > walk.t));
+#elif TERAVOX_BLEND
       if (skip)
       {
         empty = !(leave > walk.t) ||

@@ -3,7 +3,7 @@
 // What a piece of a ray through several components adds. Each component's extinction is known
 // exactly in the mean, from its integral table; all that the components do together at the ends and
 // in the middle. Where the two disagree, or light changes between the three, it may err.
-#if TERAVOX_COMPONENTS && !TERAVOX_NEAREST
+#if TERAVOX_COMPONENTS && !TERAVOX_NEAREST && !TERAVOX_BLEND
 
 // Share of the second difference of colours at the ends and in the middle that is taken as an error
 // (a kink anywhere between them makes 0.085 at most), and of lit ones, which bend more.

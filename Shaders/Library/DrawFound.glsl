@@ -13,7 +13,9 @@ void DrawFound(
   }
   else if (found.kind == FOUND_SINGLE)
   {
-#if TERAVOX_BLEND
+#if TERAVOX_BLEND && TERAVOX_COMPONENTS
+    ProjectConstant(state, ray, vec2(found.low, found.high), t0, t1);
+#elif TERAVOX_BLEND
     ProjectConstant(state, ray, TransferPosition(found.low, found.high), t0, t1);
 #else
     IntegrateConstant(state, ray, vec2(found.low, found.high), t0, t1);

@@ -12,7 +12,9 @@ const int FOUND_FAILED = 4;  // can't be read
 // difference to the ray. Of several components: with data values between the two.
 bool IsInvisible(bool none, float from, float to)
 {
-#if TERAVOX_BLEND
+#if TERAVOX_BLEND && TERAVOX_COMPONENTS
+  return none || SkipsValues(from, to);
+#elif TERAVOX_BLEND
   return SkipsRange(none, from, to);
 #elif TERAVOX_COMPONENTS
   return none || AreValuesEmpty(from, to);

@@ -59,3 +59,20 @@ vec2 MeanOfPart(Sample a, Sample b, float bend, float excess)
     mean, min(0.67 * variation * off + 4.0 * uneven * share, a.s + b.s + 2.0 * chord));
 }
 #endif
+
+#if TERAVOX_BLEND && !TERAVOX_NEAREST
+// Where a cubic turns, ascending; 1 where it doesn't in (0, 1).
+vec2 TurnsOf(vec4 c)
+{
+  // Roots of B + 2 C u + 3 D u^2, without cancellation.
+  precise float discriminant = c.z * c.z - 3.0 * c.w * c.y;
+  bool real = discriminant > 0.0;
+  float root = sqrt(real ? discriminant : 0.0);
+  precise float q = -(c.z + (c.z < 0.0 ? -root : root));
+  precise float a = q / (3.0 * c.w);
+  precise float b = c.y / q;
+  float u = real && a > 0.0 && a < 1.0 ? a : 1.0;
+  float v = real && b > 0.0 && b < 1.0 ? b : 1.0;
+  return vec2(min(u, v), max(u, v));
+}
+#endif

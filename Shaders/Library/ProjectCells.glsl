@@ -3,21 +3,7 @@
 // Blend modes other than composite, linear interpolation: from one interpolation cell that may make
 // a difference to the next, and what it does.
 
-// Where a cubic turns, ascending; 1 where it doesn't in (0, 1).
-vec2 TurnsOf(vec4 c)
-{
-  // Roots of B + 2 C u + 3 D u^2, without cancellation.
-  precise float discriminant = c.z * c.z - 3.0 * c.w * c.y;
-  bool real = discriminant > 0.0;
-  float root = sqrt(real ? discriminant : 0.0);
-  precise float q = -(c.z + (c.z < 0.0 ? -root : root));
-  precise float a = q / (3.0 * c.w);
-  precise float b = c.y / q;
-  float u = real && a > 0.0 && a < 1.0 ? a : 1.0;
-  float v = real && b > 0.0 && b < 1.0 ? b : 1.0;
-  return vec2(min(u, v), max(u, v));
-}
-
+#if !TERAVOX_COMPONENTS
 void IntegrateCell(
   inout State state, Ray ray, BrickView view, int level, CellWalk walk, VisitedCell visited)
 {
@@ -55,6 +41,7 @@ void IntegrateCell(
 #elif TERAVOX_BLEND == BLEND_SLICE
   TakeSlice(state, cubic.x);
 #else
-  SumCell(state, cubic, turns, (walk.t - visited.begin) * ray.world);
+  AddSum(SumCell(state, TheSumRule(), cubic, turns, (walk.t - visited.begin) * ray.world));
 #endif
 }
+#endif

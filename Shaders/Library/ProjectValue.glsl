@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // Blend modes other than composite: what they make of a part of the ray with one value.
+#if !TERAVOX_COMPONENTS
 
 #if TERAVOX_BLEND == BLEND_ISOSURFACE
 Place PlaceWith(vec3 gradient, float t)
@@ -40,7 +41,7 @@ void TakeValue(inout State state, Ray ray, float node, vec3 gradient, float t0, 
 #elif TERAVOX_BLEND == BLEND_SLICE
   TakeSlice(state, node);
 #else
-  AddSum(SumBetween(node, node), (t1 - t0) * ray.world);
+  AddSum(SumBetween(TheSumRule(), node, node) * ((t1 - t0) * ray.world));
 #endif
 }
 
@@ -52,3 +53,4 @@ void ProjectConstant(inout State state, Ray ray, float node, float t0, float t1)
     TakeValue(state, ray, node, vec3(0.0), t0, t1);
   }
 }
+#endif

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // Blend modes other than composite, nearest interpolation: what they make of a voxel.
+#if !TERAVOX_COMPONENTS
 
 void TakeVoxel(
   inout State state, Ray ray, BrickView view, int level, ivec3 voxel, float t0, float t1)
@@ -29,3 +30,4 @@ void TakeVoxel(
   COUNT(samples, true);
   COUNT(contributing, !none);
 }
+#endif

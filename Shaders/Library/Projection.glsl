@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Blend modes other than composite: what a ray keeps of the field, and which ranges of values make
 // no difference to it. All values are positions in nodes of the transfer table.
+#if !TERAVOX_COMPONENTS
 
 // Of the ray of this invocation; loaded and stored by RayMarch.frag.
 bool g_any;      // a value that counts has been met
@@ -148,3 +149,5 @@ bool SkipsRange(bool none, float from, float to)
   return none || IsEmptyBetween(from, to);
 #endif
 }
+#endif
+#include "Library/ComponentProjection.glsl"

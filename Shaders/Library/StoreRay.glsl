@@ -21,11 +21,15 @@ void StoreRay(State state, ivec2 pixel, uvec3 brick, int word)
     imageStore(u_errorState, pixel, vec4(before + float(state.samples)));
   }
 #endif
-#if TERAVOX_BLEND
-  state.color = StoreProjection(state.color);
+#if TERAVOX_BLEND && TERAVOX_COMPONENTS
+  vec4 kept = StoreProjection(pixel);
+#elif TERAVOX_BLEND
+  vec4 kept = vec4(StoreProjection(state.color), state.transmittance);
   word |= (g_side + 1) << 20;
+#else
+  vec4 kept = vec4(state.color, state.transmittance);
 #endif
-  imageStore(u_colorState, pixel, vec4(state.color, state.transmittance));
+  imageStore(u_colorState, pixel, kept);
 #if TERAVOX_ESTIMATE
   imageStore(u_errorState, pixel, vec4(state.error));
 #endif

@@ -6,6 +6,7 @@
 #include "BesideVTK.h"
 #include "BrickVoxels.h"
 #include "MaskImages.h"
+#include "RayOfTruth.h"
 #include "vtkOutOfCoreVolumeMapper.h"
 
 #include <algorithm>
@@ -86,108 +87,6 @@ vtkSmartPointer<vtkImageData> ImageFor(const Mode& mode, const ImageOptions& opt
     : MakeImage(options);
 }
 
-// The field along the ray of a pixel: level and place of each span, and values.
-class RayOfTruth
-{
-public:
-  RayOfTruth(const TruthScene& scene, int x, int y, double dx, double dy)
-    : Scene(scene)
-    , Ray(scene.Camera.Ray(x, y, dx, dy))
-    , Spans(LevelSpans(scene, x, y, dx, dy))
-  {
-  }
-  Double3 VoxelAt(double depth) const
-  {
-    const Double3 world = this->Ray.At(this->Ray.LengthAtDepth(depth));
-    const auto& m = this->Scene.Volume.VoxelFromWorld();
-    Double3 p{};
-    for (std::size_t i = 0; i < 3; ++i)
-    {
-      p[i] = m[4 * i] * world[0] + m[4 * i + 1] * world[1] + m[4 * i + 2] * world[2] + m[4 * i + 3];
-    }
-    return p;
-  }
-  // What a mask leaves out has no value.
-  double Field(int level, double depth) const
-  {
-    const Double3 p = this->VoxelAt(depth);
-    const bool isOut = this->Scene.Mask && !(this->Scene.Mask->Field(level, p) > 0);
-    return isOut ? None : this->Scene.Volume.Field(level, p);
-  }
-  // How many places per voxel tell where a mask ends as well as `perVoxel` tell what a field is.
-  int Fine(int perVoxel) const { return this->Scene.Mask ? std::max(perVoxel, 100) : perVoxel; }
-  // Calls with level, depth and the distance of places, about `perVoxel` a voxel of level 0.
-  void Sample(int perVoxel, const std::function<void(int, double, double)>& at) const
-  {
-    for (const TruthLevelSpan& span : this->Spans)
-    {
-      const double length = (span.DepthEnd - span.DepthBegin) / this->Ray.DepthPerLength;
-      const double edge = this->Scene.Volume.VoxelEdge(0, 0);
-      const int count = std::max(4, static_cast<int>(std::ceil(length / edge * perVoxel)));
-      const double step = (span.DepthEnd - span.DepthBegin) / count;
-      for (int i = 0; i < count; ++i)
-      {
-        at(span.Level, span.DepthBegin + (i + 0.5) * step, step);
-      }
-    }
-  }
-
-  const TruthScene& Scene;
-  TruthRay Ray;
-  std::vector<TruthLevelSpan> Spans;
-};
-
-TruthColor Premultiplied(const TruthScene& scene, double value)
-{
-  if (std::isnan(value))
-  {
-    return {};
-  }
-  const double a = scene.Transfer.GetAlpha(value);
-  const Double3 c = scene.Transfer.GetColor(value);
-  return { a * c[0], a * c[1], a * c[2], a };
-}
-
-// The largest (sign 1) or least (-1) value: of many places, the best ones made better by golden
-// section.
-double ExtremeAlong(const RayOfTruth& ray, double sign)
-{
-  double best = -std::numeric_limits<double>::infinity();
-  const bool nearest = ray.Scene.Volume.Interpolation() == TruthInterpolation::Nearest;
-  ray.Sample(ray.Fine(8),
-    [&](int level, double depth, double step)
-    {
-      const double here = sign * ray.Field(level, depth);
-      if (std::isnan(here))
-      {
-        return;
-      }
-      if (here > best - 0.02 * std::abs(best) && !nearest && !ray.Scene.Mask)
-      {
-        double a = depth - 0.5 * step;
-        double b = depth + 0.5 * step;
-        best = std::max({ best, here, sign * ray.Field(level, a), sign * ray.Field(level, b) });
-        for (int i = 0; i < 20; ++i)
-        {
-          const double u = a + 0.382 * (b - a);
-          const double v = a + 0.618 * (b - a);
-          (sign * ray.Field(level, u) > sign * ray.Field(level, v) ? b : a) =
-            sign * ray.Field(level, u) > sign * ray.Field(level, v) ? v : u;
-        }
-        const double top = sign * ray.Field(level, 0.5 * (a + b));
-        best = std::isnan(top) ? best : std::max(best, top);
-      }
-      best = std::max(best, here);
-    });
-  return std::isfinite(best) ? sign * best : None;
-}
-
-TruthColor GrayOf(bool seen, double value)
-{
-  const double g = std::clamp(value, 0.0, 1.0);
-  return seen ? TruthColor{ g, g, g, 1 } : TruthColor{};
-}
-
 // All surfaces along a ray, front to back.
 TruthColor SurfacesAlong(const RayOfTruth& ray, std::vector<double> values)
 {
@@ -242,23 +141,12 @@ TruthColor SurfacesAlong(const RayOfTruth& ray, std::vector<double> values)
 }
 
 // The mean, or the sum over `unit`, of opacity times value.
-TruthColor SumAlong(const RayOfTruth& ray, const ValueRange& data, const double* range, double unit)
+TruthColor GrayAlong(
+  const RayOfTruth& ray, const ValueRange& data, const double* range, double unit)
 {
-  double sum = 0;
-  double length = 0;
-  ray.Sample(ray.Fine(24),
-    [&](int level, double depth, double step)
-    {
-      const double value = ray.Field(level, depth);
-      if (std::isnan(value) || (range && (value < range[0] || value > range[1])))
-      {
-        return;
-      }
-      const double l = step / ray.Ray.DepthPerLength;
-      sum += l * ray.Scene.Transfer.GetAlpha(value) * (value - data.Min) / (data.Max - data.Min);
-      length += l;
-    });
-  return range ? GrayOf(length > 0, sum / length) : GrayOf(!ray.Spans.empty(), sum / unit);
+  const TruthSum sum = SumAlong(ray, data, range);
+  return range ? GrayOf(sum.Length > 0, sum.Sum / sum.Length)
+               : GrayOf(!ray.Spans.empty(), sum.Sum / unit);
 }
 
 TruthColor SliceAlong(const RayOfTruth& ray, vtkImplicitFunction* function)
@@ -303,9 +191,9 @@ TruthColor TruthOf(Stage& stage, const ValueRange& data, const RayOfTruth& ray)
     case vtkVolumeMapper::MINIMUM_INTENSITY_BLEND:
       return Premultiplied(ray.Scene, ExtremeAlong(ray, -1));
     case vtkVolumeMapper::AVERAGE_INTENSITY_BLEND:
-      return SumAlong(ray, data, stage.Mapper->GetAverageIPScalarRange(), 1);
+      return GrayAlong(ray, data, stage.Mapper->GetAverageIPScalarRange(), 1);
     case vtkVolumeMapper::ADDITIVE_BLEND:
-      return SumAlong(ray, data, nullptr, stage.Property->GetScalarOpacityUnitDistance());
+      return GrayAlong(ray, data, nullptr, stage.Property->GetScalarOpacityUnitDistance());
     case vtkVolumeMapper::ISOSURFACE_BLEND:
     {
       vtkContourValues* contours = stage.Property->GetIsoSurfaceValues();
@@ -339,34 +227,11 @@ void ExpectBlend(
       const float* pixel = picture.data() + 4 * (y * stage.Width() + x);
       const auto at = [&](double dx, double dy)
       { return TruthOf(stage, source.Info().Range, RayOfTruth(truth.Scene(), x, y, dx, dy)); };
-      const TruthColor center = at(0, 0);
-      TruthColor low = center;
-      TruthColor high = center;
-      double off = 0;
-      for (std::size_t c = 0; c < 4; ++c)
-      {
-        off = std::max(off, std::abs(static_cast<double>(pixel[c]) - center[c]));
-        seen = std::max(seen, center[c]);
-      }
-      plain = std::max(plain, off);
-      if (off > 0.5 / 255)
-      {
-        for (int k = 0; k < 9; ++k)
-        {
-          const TruthColor beside = at((k % 3 - 1) / 32.0, (k / 3 - 1) / 32.0);
-          for (std::size_t c = 0; c < 4; ++c)
-          {
-            low[c] = std::min(low[c], beside[c]);
-            high[c] = std::max(high[c], beside[c]);
-          }
-        }
-        off = 0;
-        for (std::size_t c = 0; c < 4; ++c)
-        {
-          off = std::max({ off, low[c] - static_cast<double>(pixel[c]),
-            static_cast<double>(pixel[c]) - high[c] });
-        }
-      }
+      const PixelExcess excess = ExcessOfPixel(pixel, at);
+      const TruthColor& center = excess.Middle;
+      const double off = excess.Beyond;
+      plain = std::max(plain, excess.Plain);
+      seen = std::max(seen, *std::max_element(center.begin(), center.end()));
       if (off > worst)
       {
         worst = off;

@@ -79,6 +79,15 @@ int main(int argc, char* argv[])
     {
       ok = Write(folder, file.first, {}) && ok;
     }
+    for (const int components : { 2, 3, 4 })
+    {
+      if (file.first == "Resolve.frag")
+      {
+        ShaderVariant variant;
+        variant.Components = components;
+        ok = Write(folder, file.first, variant) && ok;
+      }
+    }
     if (file.first == "Intervals.frag")
     {
       ShaderVariant variant;

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+// What blend modes other than composite make of a cell, a voxel and a part of one value of several
+// components.
+#if TERAVOX_COMPONENTS && TERAVOX_BLEND
+
+// A part of the ray on which a component has one value.
+void TakeValue(inout State state, int component, float node, float length_)
+{
+#if TERAVOX_BLEND == BLEND_MAXIMUM
+  TakeExtreme(state, component, ExtremeOf(component, node));
+#elif TERAVOX_BLEND == BLEND_MINIMUM
+  TakeExtreme(state, component, ExtremeOf(component, -node));
+#else
+  vec2 sum = SumBetween(SumRuleOf(component), node, node);
+  AddSum(component, sum * length_);
+#endif
+}
+
+// One on which all have one.
+void ProjectConstant(inout State state, Ray ray, vec2 value, float t0, float t1)
+{
+  state.steps += 1u;
+  for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
+  {
+    if (t1 > t0 && WeightOf(c) > 0.0)
+    {
+      TakeValue(state, c, PartPosition(c, value.x, value.y), (t1 - t0) * ray.world);
+    }
+  }
+}
+
+#if TERAVOX_NEAREST
+void TakeVoxel(
+  inout State state, Ray ray, BrickView view, int level, ivec3 voxel, float t0, float t1)
+{
+  COUNT(samples, true);
+  for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
+  {
+    float texel = Voxel(PartOf(view, c), voxel);
+    bool has = WeightOf(c) > 0.0;
+#if TERAVOX_FLOAT_DATA
+    has = has && !isnan(texel);
+#endif
+    if (has)
+    {
+      TakeValue(state, c, PartNode(view, c, texel), (t1 - t0) * ray.world);
+    }
+    COUNT(contributing, has);
+  }
+}
+#else
+
+void IntegrateCell(
+  inout State state, Ray ray, BrickView view, int level, CellWalk walk, VisitedCell visited)
+{
+  precise vec3 w0 = (walk.first + visited.begin * view.direction) - visited.cell;
+  precise vec3 dw = (walk.t - visited.begin) * view.direction;
+  for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
+  {
+    Corners k = visited.corners[c];
+    bool has = WeightOf(c) > 0.0;
+#if TERAVOX_FLOAT_DATA
+    has = has && HasValues(k);
+#endif
+    vec4 cubic = CubicAlong(k, w0, dw) * view.parts[c].x;
+    cubic.x += view.parts[c].y;
+    cubic *= u_componentTransfer[c].z;
+    vec2 turns = TurnsOf(cubic);
+#if TERAVOX_BLEND == BLEND_MAXIMUM || TERAVOX_BLEND == BLEND_MINIMUM
+    vec4 ends =
+      vec4(cubic.x, Along(cubic, 1.0), Along(cubic, turns.x), Along(cubic, turns.y));
+    // Values lie between the corners', whatever rounding does.
+    float least = PartNode(view, c, min(SmallestOf(k.near), SmallestOf(k.far)));
+    float largest = PartNode(view, c, max(LargestOf(k.near), LargestOf(k.far)));
+#if TERAVOX_BLEND == BLEND_MAXIMUM
+    float best = clamp(LargestOf(ends), least, largest);
+#else
+    float best = -clamp(SmallestOf(ends), least, largest);
+#endif
+    if (has)
+    {
+      TakeExtreme(state, c, ExtremeOf(c, best));
+    }
+#else
+    if (has)
+    {
+      AddSum(c,
+        SumCell(state, SumRuleOf(c), cubic, turns, (walk.t - visited.begin) * ray.world));
+    }
+#endif
+  }
+}
+#endif
+#endif

@@ -60,6 +60,7 @@ struct MarchParameters
   std::array<Vec, MaximumComponents> ComponentTable{};
   std::array<Vec, MaximumComponents> ComponentMaterial{};
   Vec Gradient{};
+  std::array<Vec, 2> Plane{};
 };
 
 /// How far a clipping plane lies behind the ray of a pixel (x, y) at depth t, kept where it is not

@@ -119,14 +119,12 @@ private:
 
 float Change(const Node& a, const Node& b)
 {
-  return std::max(
-    { std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2]) });
+  return std::max({ std::abs(a[0] - b[0]), std::abs(a[1] - b[1]), std::abs(a[2] - b[2]) });
 }
 
 Node Largest(const Node& a, const Node& b)
 {
-  return { std::max(a[0], b[0]), std::max(a[1], b[1]), std::max(a[2], b[2]),
-    std::max(a[3], b[3]) };
+  return { std::max(a[0], b[0]), std::max(a[1], b[1]), std::max(a[2], b[2]), std::max(a[3], b[3]) };
 }
 
 // The bounds of single intervals.
@@ -145,8 +143,8 @@ std::vector<Node> BoundsOfIntervals(const TransferPlane& plane, const std::vecto
       bounds.push_back({ std::max({ s[a], s[b], s[c], s[d] }),
         std::max(std::abs(s[b] - s[a]), std::abs(s[d] - s[c])),
         std::max(std::abs(s[c] - s[a]), std::abs(s[d] - s[b])),
-        std::max({ Change(n[a], n[b]), Change(n[c], n[d]), Change(n[a], n[c]),
-          Change(n[b], n[d]) }) });
+        std::max(
+          { Change(n[a], n[b]), Change(n[c], n[d]), Change(n[a], n[c]), Change(n[b], n[d]) }) });
     }
   }
   return bounds;
@@ -163,9 +161,8 @@ std::vector<Node> Joined(
     {
       const int right = std::min(x + reach, width - 1);
       const int up = std::min(y + reach, height - 1);
-      coarse.push_back(
-        Largest(Largest(fine[IndexOf(x, y, width)], fine[IndexOf(right, y, width)]),
-          Largest(fine[IndexOf(x, up, width)], fine[IndexOf(right, up, width)])));
+      coarse.push_back(Largest(Largest(fine[IndexOf(x, y, width)], fine[IndexOf(right, y, width)]),
+        Largest(fine[IndexOf(x, up, width)], fine[IndexOf(right, up, width)])));
     }
   }
   return coarse;
@@ -250,8 +247,7 @@ void SetPlaneParameters(MarchParameters& parameters, const TransferPlane& plane,
   parameters.Gradient[3] = static_cast<float>(plane.Rows - 1);
   const double width = image.Values.Max - image.Values.Min;
   const double perValue = width > 0 ? (plane.Columns - 1) / width : 0;
-  parameters.Plane[0] = { static_cast<float>(
-                            std::ldexp(perValue / table.NodesPerUnit, exponent)),
+  parameters.Plane[0] = { static_cast<float>(std::ldexp(perValue / table.NodesPerUnit, exponent)),
     static_cast<float>((std::ldexp(table.Low, exponent) - image.Values.Min) * perValue),
     static_cast<float>(plane.Columns - 1), static_cast<float>(plane.Levels) };
   parameters.Plane[1] = { static_cast<float>(1 / function.UnitDistance),

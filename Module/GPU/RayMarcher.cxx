@@ -154,6 +154,27 @@ void RayMarcher::SetGradientTable(const GradientTable& table)
   }
 }
 
+void RayMarcher::SetPlane(const TransferPlane& plane)
+{
+  this->Plane = &plane;
+  std::vector<std::array<float, 4>> words = plane.Nodes;
+  words.insert(words.end(), plane.Bounds.begin(), plane.Bounds.end());
+  const std::size_t bytes = words.size() * sizeof(words[0]);
+  if (bytes != 0 && this->PlaneBuffer.Size() == bytes)
+  {
+    this->PlaneBuffer.Write(0, bytes, words.data());
+    return;
+  }
+  this->PlaneTexture.Release();
+  this->PlaneBuffer.Release();
+  if (bytes != 0)
+  {
+    this->PlaneBuffer =
+      GLBuffer(this->Memory, GL_TEXTURE_BUFFER, bytes, words.data(), GL_STATIC_DRAW);
+    this->PlaneTexture = GLTexture(this->Memory, GL_RGBA32F, this->PlaneBuffer);
+  }
+}
+
 void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)
 {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
@@ -344,6 +365,10 @@ PassResult RayMarcher::DrawNativePass(ViewState& view, const BrickAtlas& atlas,
   {
     teravox::SetGradientTable(scene, *this->Gradient);
   }
+  if (variant.Plane)
+  {
+    teravox::SetPlane(scene, *this->Plane);
+  }
   std::vector<NativeScene::LabelTable> labels;
   if (variant.Labels)
   {
@@ -451,6 +476,10 @@ Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas
   if (variant.GradientOpacity)
   {
     this->GradientTexture.Bind(9);
+  }
+  if (variant.Plane)
+  {
+    this->PlaneTexture.Bind(9);
   }
   view.Intervals.Bind(2);
   view.Color.Bind(7);

@@ -59,10 +59,10 @@ void IntegrateFixed(
       colorA = before.Value;
       colorB = behind.Value;
     }
-    else
 #endif
+
 #if TERAVOX_GRADIENT_OPACITY
-    if (Bits(mean > 0.0f) != 0)
+    if (c.Plane.Nodes == nullptr && Bits(mean > 0.0f) != 0)
     {
       c.Report.Gradients += static_cast<std::uint64_t>(2 * count);
       const Floats before = GradientAt<T>(c, view, front).Opacity;

@@ -80,8 +80,8 @@ TERAVOX_INLINE PlaneReach ReachOf(const PlaneTable& plane, const GradientOpacity
   const Floats tall = Max(high - low, Floats{});
   // The first level whose blocks are twice as large.
   const Floats most = Max(Max(wide, tall), Splat(1.0f));
-  const Ints level = Min(((AsInt(most) - 1) >> 23) - 126,
-    Splat(static_cast<std::int32_t>(plane.Scale[0][3]) - 1));
+  const Ints level =
+    Min(((AsInt(most) - 1) >> 23) - 126, Splat(static_cast<std::int32_t>(plane.Scale[0][3]) - 1));
   const Ints x = Truncate(Min(left, Splat(plane.Scale[0][2] - 1.0f)));
   const Ints y = Truncate(Min(low, Splat(gradient.Scale[3] - 1.0f)));
   Ints at;

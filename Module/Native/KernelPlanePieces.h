@@ -40,8 +40,7 @@ __attribute__((noinline)) void EvaluatePlane(
     }
   }
   // Where the ends see nothing there is nothing, as for those who skip it.
-  const Ints empty =
-    IsEmptyBetween(c.Table, Min(nodes[0], nodes[2]), Max(nodes[0], nodes[2]));
+  const Ints empty = IsEmptyBetween(c.Table, Min(nodes[0], nodes[2]), Max(nodes[0], nodes[2]));
   const Floats sa = Select(empty, none, samples[0].S);
   const Floats sm = Select(empty, none, samples[1].S);
   const Floats sb = Select(empty, none, samples[2].S);
@@ -68,8 +67,8 @@ __attribute__((noinline)) void EvaluatePlane(
   const Floats depth = depthA + depthB;
   const Floats opacity = OpacityOf(depth);
   const Floats opacityA = OpacityOf(depthA);
-  const Floats share = Select(opacity > none,
-    ((one - opacityA) * OpacityOf(depthB)) / Max(opacity, Splat(1.0e-37f)), none);
+  const Floats share = Select(
+    opacity > none, ((one - opacityA) * OpacityOf(depthB)) / Max(opacity, Splat(1.0e-37f)), none);
   const Floats behind = Min(share, one);
   const Color<Floats> color = Mix(Mix(colors[0], colors[1], CentroidOf(sa, sm, depthA)),
     Mix(colors[1], colors[2], CentroidOf(sm, sb, depthB)), behind);
@@ -77,12 +76,13 @@ __attribute__((noinline)) void EvaluatePlane(
   const Floats varied = (most - least) / Max(most, Splat(1.0e-30f));
   const Floats thick = Min(depth * (1.0f / OpaqueDepth), one);
   const Floats uneven = (0.25f * off + PlaneUnseenWeight * unseen) / Max(largest, Splat(1.0e-30f));
-  const Floats place = Max(OpaquePlace * thick * thick + Min(uneven, one), FrontError(depth, varied));
+  const Floats place =
+    Max(OpaquePlace * thick * thick + Min(uneven, one), FrontError(depth, varied));
   const Floats stepA = Difference(colors[0], colors[1]);
   const Floats stepB = Difference(colors[1], colors[2]);
   const Floats sag = Difference(colors[1], Mix(colors[0], colors[2], Splat(0.5f)));
-  const Floats seen = Difference(samples[0].Value, samples[1].Value) +
-    Difference(samples[1].Value, samples[2].Value);
+  const Floats seen =
+    Difference(samples[0].Value, samples[1].Value) + Difference(samples[1].Value, samples[2].Value);
   Floats shift = PlaneUnseenWeight * Max(reach.Color - seen, none);
   if constexpr (Shade)
   {

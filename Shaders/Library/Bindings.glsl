@@ -47,6 +47,10 @@ layout(std140, binding = 0) uniform View
   vec4 u_componentMaterial[4]; // as u_material
   vec4 u_gradient; // xyz: nodes of the gradient table per central difference along an axis, in data
                    // per voxel of level 0; w: the last node
+  // Of a table over value and gradient, whose rows u_gradient is in. x, y: columns per node of the
+  // transfer table, column of its first; z: the last one; w: levels of bounds. x: 1 / unit distance;
+  // y: largest extinction.
+  vec4 u_plane[2];
 };
 
 layout(binding = 0) uniform sampler3D u_atlasTexture;
@@ -57,6 +61,9 @@ layout(binding = 3) uniform usamplerBuffer
   u_occupied; // first interval from each node on that isn't zero
 #if TERAVOX_GRADIENT_OPACITY
 layout(binding = 9) uniform samplerBuffer u_gradientTable; // see GradientTable
+#endif
+#if TERAVOX_PLANE
+layout(binding = 9) uniform samplerBuffer u_planeTable; // nodes, then bounds: see TransferPlane
 #endif
 layout(
   binding = 6) uniform usamplerBuffer u_pageTable; // directory, then page blocks: word, low, high

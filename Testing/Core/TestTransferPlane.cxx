@@ -40,8 +40,8 @@ double OpacityAt(const TransferImage& image, double x, double y)
   const int j = std::clamp(static_cast<int>(y), 0, std::max(image.Rows - 2, 0));
   const auto at = [&](int a, int b)
   {
-    const auto index = static_cast<std::size_t>(std::min(b, image.Rows - 1) * image.Columns +
-      std::min(a, image.Columns - 1));
+    const auto index = static_cast<std::size_t>(
+      std::min(b, image.Rows - 1) * image.Columns + std::min(a, image.Columns - 1));
     return static_cast<double>(image.Nodes[index][3]);
   };
   const double u = x - i;
@@ -89,8 +89,8 @@ TEST(TransferPlane, TableOfValuesBoundsAllMagnitudes)
     double High;
     bool Integers;
   };
-  for (const Case& c : { Case{ 5, 4, 0, 255, true }, { 1, 7, -3, 5, false }, { 300, 2, 0, 3, false },
-         { 37, 61, 0, 65535, true }, { 700, 9, 1e6, 1e6 + 3000, true } })
+  for (const Case& c : { Case{ 5, 4, 0, 255, true }, { 1, 7, -3, 5, false },
+         { 300, 2, 0, 3, false }, { 37, 61, 0, 65535, true }, { 700, 9, 1e6, 1e6 + 3000, true } })
   {
     const TransferImage image = RandomImage(c.Columns, c.Rows, 5, c.Low, c.High);
     const TransferFunction function = MakeImageFunction(image, 0.7);
@@ -101,8 +101,7 @@ TEST(TransferPlane, TableOfValuesBoundsAllMagnitudes)
     {
       const double x = unit(random) * (table.Nodes - 1);
       const auto node = std::min(static_cast<std::size_t>(x), table.Integrals.size() - 2);
-      const float least =
-        std::min(table.Integrals[node][2], std::abs(table.Integrals[node][3]));
+      const float least = std::min(table.Integrals[node][2], std::abs(table.Integrals[node][3]));
       const double value = table.Low + x / table.NodesPerUnit;
       const double column = (value - c.Low) / (c.High - c.Low) * (c.Columns - 1);
       const double opacity = OpacityAt(image, column, unit(random) * (c.Rows - 1));
@@ -129,9 +128,7 @@ TEST(TransferPlane, BoundsAreThoseOfTheirBlocks)
     const auto node = [&](int x, int y) -> const Node&
     { return plane.Nodes[static_cast<std::size_t>(x + y * columns)]; };
     const auto s = [&](int x, int y)
-    {
-      return std::min(-std::log1p(-static_cast<double>(node(x, y)[3])) / 2, 30.0);
-    };
+    { return std::min(-std::log1p(-static_cast<double>(node(x, y)[3])) / 2, 30.0); };
     ASSERT_LE(std::max(columns, rows) - 1, 1 << (plane.Levels - 1));
     std::size_t count = 0;
     for (int l = 0; l < plane.Levels; ++l)
@@ -166,13 +163,12 @@ TEST(TransferPlane, BoundsAreThoseOfTheirBlocks)
               }
             }
           }
-          const Node& block =
-            plane.Bounds[static_cast<std::size_t>(plane.First[static_cast<std::size_t>(l)] + i +
-              j * plane.Width(l))];
+          const Node& block = plane.Bounds[static_cast<std::size_t>(
+            plane.First[static_cast<std::size_t>(l)] + i + j * plane.Width(l))];
           for (std::size_t k = 0; k < 4; ++k)
           {
-            ASSERT_NEAR(block[k], expected[k], 1e-5) << columns << ", " << l << ", " << i << ", "
-                                                     << j << ", " << k;
+            ASSERT_NEAR(block[k], expected[k], 1e-5)
+              << columns << ", " << l << ", " << i << ", " << j << ", " << k;
           }
         }
       }

@@ -236,8 +236,8 @@ void PictureMaker::Parts::FillParameters()
   p.Gradient = GradientParameters(this->Scene.Function, this->Scene.Camera.DatasetFromVoxel, 0);
   if (!this->Plane.IsNone())
   {
-    SetPlaneParameters(p, this->Plane, this->Scene.Function, this->Transfer,
-      this->Scene.Camera.DatasetFromVoxel, 0);
+    SetPlaneParameters(
+      p, this->Plane, this->Scene.Function, this->Transfer, this->Scene.Camera.DatasetFromVoxel, 0);
   }
   p.Step = StepParameters(this->Scene.SampleDistance, this->Scene.Tolerance, 1);
   p.Switches[0] = this->Means.Skip ? 1u : 0u;
@@ -409,9 +409,8 @@ Picture PictureMaker::DrawWithThreads(int threads)
   NativeScene scene = this->Own->MakeScene();
   scene.UsedSlots = slots.data();
   scene.UsedBlocks = blocks.data();
-  const NativeKernel kernel =
-    KernelOf(this->Own->Means.Baseline,
-      !this->Own->OpacityOfGradient.IsOne() || !this->Own->Plane.IsNone());
+  const NativeKernel kernel = KernelOf(
+    this->Own->Means.Baseline, !this->Own->OpacityOfGradient.IsOne() || !this->Own->Plane.IsNone());
   std::atomic<std::size_t> next{ 0 };
   std::atomic<bool> missed{ false };
   const auto work = [&]
@@ -608,9 +607,8 @@ TransferFunction MakePlane(int columns, int rows, const ValueRange& values, doub
   {
     for (int column = 0; column < columns; ++column)
     {
-      image.Nodes.push_back(
-        node(static_cast<double>(column) / std::max(columns - 1, 1),
-          static_cast<double>(row) / std::max(rows - 1, 1)));
+      image.Nodes.push_back(node(static_cast<double>(column) / std::max(columns - 1, 1),
+        static_cast<double>(row) / std::max(rows - 1, 1)));
     }
   }
   return MakeImageFunction(std::move(image), unitDistance);

@@ -48,10 +48,10 @@ inline std::array<float, 4> Islands(double value, double gradient)
   { return std::max(0.0, 1 - std::hypot((value - v) / wide, (gradient - g) / tall)); };
   const double fog = value > 0.6 && gradient < 0.15 ? 0.03 : 0;
   const double wall = value > 0.75 && value < 0.85 && gradient > 0.5 ? 1 : 0;
-  const double opacity = std::max(
-    { fog, wall, 0.4 * island(0.45, 0.2, 0.1, 0.25), 0.3 * island(0.62, 0.6, 0.15, 0.3) });
-  return { static_cast<float>(value), static_cast<float>(gradient),
-    static_cast<float>(1 - value), static_cast<float>(opacity) };
+  const double opacity =
+    std::max({ fog, wall, 0.4 * island(0.45, 0.2, 0.1, 0.25), 0.3 * island(0.62, 0.6, 0.15, 0.3) });
+  return { static_cast<float>(value), static_cast<float>(gradient), static_cast<float>(1 - value),
+    static_cast<float>(opacity) };
 }
 
 /// A field over voxel indices: about 0...1, or without a value (NaN), or infinite.

@@ -38,6 +38,7 @@ TEST(NativePlane, ARowOfTheTableIsAFunctionOfTheValue)
   const double mean = (spacing[0] + spacing[1] + spacing[2]) / 3;
   const std::vector<double> shares{ 0, 0.125, 0.25, 0.5, 0.625, 0.75, 1 };
   const std::vector<double> opacities{ 0, 0, 0.3, 0, 0.4, 0, 0 };
+  const std::vector<double> row{ 0, 0, 0.3, 0.15, 0, 0.4, 0, 0, 0 };
   for (const ScalarType type : { ScalarType::UInt16, ScalarType::Float32, ScalarType::Float64 })
   {
     const Volume volume = Ramp(type, spacing);
@@ -63,10 +64,9 @@ TEST(NativePlane, ARowOfTheTableIsAFunctionOfTheValue)
           [&](double v, double gradient) -> std::array<float, 4>
           {
             const auto color = ColorOf(v);
-            const auto knot = std::find(shares.begin(), shares.end(), v);
-            const double opacity = gradient != 0.5 ? (gradient == 0 ? 0 : 1)
-              : knot == shares.end()               ? 0.15 // between 0.25 and 0.5
-                                     : opacities[static_cast<std::size_t>(knot - shares.begin())];
+            const double opacity = gradient == 0 ? 0
+              : gradient == 1                    ? 1
+                              : row[static_cast<std::size_t>(std::lround(8 * v))];
             return { static_cast<float>(color[0]), static_cast<float>(color[1]),
               static_cast<float>(color[2]), static_cast<float>(opacity) };
           });
@@ -89,14 +89,17 @@ TEST(NativePlane, OneValueIsDrawnAtGradientZero)
     [](const Int3& at) { return at[0] == 0 && at[1] == 0 && at[2] == 0 ? 0.0 : 0.5; });
   PictureScene scene;
   scene.Source = volume.Source;
-  scene.Function = MakePlane(3, 3, { volume.Low, volume.High }, 1000,
-    [](double, double gradient) -> std::array<float, 4>
-    { return { 0.25f, 0.5f, 1, gradient == 0 ? 0.02f : 0.9f }; }, 0.5);
+  scene.Function = MakePlane(
+    3, 3, { volume.Low, volume.High }, 1000,
+    [](double, double gradient) -> std::array<float, 4> {
+      return { 0.25f, 0.5f, 1, gradient == 0 ? 0.02f : 0.9f };
+    },
+    0.5);
   for (const bool nearest : { false, true })
   {
     scene.Nearest = nearest;
-    scene.Camera = MakeCamera(scene.Source->Info(), 9, 9, LookAt({ 10, 10, 60 }, { 10, 10, 0 }, { 0, 1, 0 }),
-      Parallel(8, 1, 1, 100));
+    scene.Camera = MakeCamera(scene.Source->Info(), 9, 9,
+      LookAt({ 10, 10, 60 }, { 10, 10, 0 }, { 0, 1, 0 }), Parallel(8, 1, 1, 100));
     const Picture picture = Draw(scene);
     ExpectSound(picture, "one value");
     const auto left = static_cast<float>(std::pow(0.98, 20 / 0.5));
@@ -131,7 +134,8 @@ TEST(NativePlane, EachToleranceIsKept)
       const float opacity = tooth % 16 == 0 && gradient < 0.5 ? 0.4f : 0.0f;
       return { static_cast<float>(value), tooth % 32 == 0 ? 1.0f : 0.0f, 0.5f, opacity };
     };
-    const auto corner = [](double value, double gradient) -> std::array<float, 4> {
+    const auto corner = [](double value, double gradient) -> std::array<float, 4>
+    {
       return { static_cast<float>(gradient), static_cast<float>(value), 0,
         static_cast<float>(0.3 * value * (1 - gradient)) };
     };

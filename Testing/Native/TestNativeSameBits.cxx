@@ -60,8 +60,8 @@ PictureScene MakeScene(ScalarType type, Way way)
   scene.Camera = Outside(scene.Source->Info(), Effort(44, 34), Effort(36, 33));
   scene.Shade = way == Way::Shaded || way == Way::NearestShaded || way == Way::FixedShaded ||
     way == Way::GradientShaded || way == Way::PlaneShaded;
-  scene.Nearest = way == Way::Nearest || way == Way::NearestShaded ||
-    way == Way::GradientNearest || way == Way::PlaneNearest;
+  scene.Nearest = way == Way::Nearest || way == Way::NearestShaded || way == Way::GradientNearest ||
+    way == Way::PlaneNearest;
   const bool fixed = way == Way::Fixed || way == Way::FixedShaded || way == Way::PlaneFixed;
   scene.Tolerance = fixed ? 0 : 1.0 / 255;
   return scene;

@@ -14,9 +14,9 @@ using Node = TruthImage::Node;
 
 TEST(TruthImage, IsBilinearAndConstantBeyond)
 {
-  const TruthImage image(
-    3, { { 0, 0, 0, 0.1 }, { 1, 0, 0, 0.3 }, { 0, 0, 1, 0.2 }, { 0, 1, 0, 0.5 }, { 0, 0, 0, 0.9 },
-         { 0, 0, 0, 0.4 } },
+  const TruthImage image(3,
+    { { 0, 0, 0, 0.1 }, { 1, 0, 0, 0.3 }, { 0, 0, 1, 0.2 }, { 0, 1, 0, 0.5 }, { 0, 0, 0, 0.9 },
+      { 0, 0, 0, 0.4 } },
     10, 30, 4, 1, { 1, 1, 1 });
   const auto expect = [&](double v, double m, const Node& expected)
   {
@@ -54,10 +54,10 @@ TEST(TruthImage, AlongALinearFieldItIsAFunctionOfTheValue)
   const TruthCamera camera =
     CameraBetween(target - Double3{ 2, 1, 3 }, target + Double3{ 2, 1, 3 });
   const double magnitude = std::sqrt(14.0) * 3.5 / 3;
-  const TruthTransfer transfer = TruthTransfer::PiecewiseLinear(
-    { { middle - 1, 0 }, { middle, 0.4 }, { middle + 1, 0 } },
-    { { middle - 1, { 1, 0.5, 0 } }, { middle, { 0, 0, 0.5 } }, { middle + 1, { 0, 0.5, 1 } } },
-    0.3);
+  const TruthTransfer transfer =
+    TruthTransfer::PiecewiseLinear({ { middle - 1, 0 }, { middle, 0.4 }, { middle + 1, 0 } },
+      { { middle - 1, { 1, 0.5, 0 } }, { middle, { 0, 0, 0.5 } }, { middle + 1, { 0, 0.5, 1 } } },
+      0.3);
   // Twice as much at twice the magnitude, nothing at 0.
   const TruthImage image(3,
     { { 1, 0.5, 0, 0 }, { 0, 0, 0.5, 0 }, { 0, 0.5, 1, 0 }, { 1, 0.5, 0, 0 }, { 0, 0, 0.5, 0.8 },
@@ -96,8 +96,8 @@ TEST_F(ParabolaImage, OneValueOfOpacityPerMagnitude)
 {
   const TruthTransfer none = Uniform(0, {});
   // Opacity of rows at magnitudes 0, 20, 40.
-  const TruthImage image(1, { { 1, 1, 1, 0 }, { 1, 1, 1, 0.1 }, { 1, 1, 1, 0 } }, 0, 1, 40, 1,
-    { 1, 1, 1 });
+  const TruthImage image(
+    1, { { 1, 1, 1, 0 }, { 1, 1, 1, 0.1 }, { 1, 1, 1, 0 } }, 0, 1, 40, 1, { 1, 1, 1 });
   TruthScene scene{ this->Volume, none, this->Camera, TruthLevelOfDetail(0) };
   scene.Image = &image;
   // The integral of -ln(1 - a) over a is (1 - a) ln(1 - a) + a; the opacity is index / 100 up to
@@ -143,8 +143,8 @@ TEST_F(ParabolaImage, OneValueAndNearestInterpolation)
   // Voxel 10 is the first whose own magnitude is 20.
   const auto voxels = OneLevel([](auto, auto, auto k) { return static_cast<double>(k * k); },
     { 6, 6, 30 }, TruthInterpolation::Nearest);
-  const TruthImage steep(1, { { 1, 1, 1, 0 }, { 1, 1, 1, 0 }, { 1, 1, 1, 0.1 } }, 0, 1, 20, 1,
-    { 1, 1, 1 });
+  const TruthImage steep(
+    1, { { 1, 1, 1, 0 }, { 1, 1, 1, 0 }, { 1, 1, 1, 0.1 } }, 0, 1, 20, 1, { 1, 1, 1 });
   TruthScene nearest{ voxels, none, this->Camera, TruthLevelOfDetail(0) };
   nearest.Image = &steep;
   // Voxels 6 to 9 have 0.02 (index - 5).
@@ -187,8 +187,7 @@ TEST(TruthImage, NoiseBesideSmallSteps)
       image.Rows().Magnitude(volume.CentralDifference(0, p, { 1, 1, 1 }), { 1, 1, 1 });
     const Node node = image.At(volume.Field(0, p), magnitude);
     const double depth = -std::log1p(-node[3]) / 0.8 * length;
-    color =
-      color + (std::exp(-tau) * -std::expm1(-depth)) * Double3{ node[0], node[1], node[2] };
+    color = color + (std::exp(-tau) * -std::expm1(-depth)) * Double3{ node[0], node[1], node[2] };
     tau += depth;
   }
   ASSERT_GT(truth[3], 0.1);

@@ -76,7 +76,8 @@ TruthImage::Node TruthImage::At(double value, double magnitude) const
   double v = 0;
   const int x = NodeBefore(
     (this->Columns - 1) * (value - this->Low) / (this->High - this->Low), this->Columns, u);
-  const int y = NodeBefore((this->NumberOfRows - 1) * (magnitude / this->Last), this->NumberOfRows, v);
+  const int y =
+    NodeBefore((this->NumberOfRows - 1) * (magnitude / this->Last), this->NumberOfRows, v);
   Node node{};
   for (std::size_t c = 0; c < 4; ++c)
   {

@@ -335,7 +335,10 @@ private:
     return this->Scene.Shading->Shade(place, this->Volume, this->Level, difference, color);
   }
 
-  bool NeedsDifferences() const { return this->Scene.Shading || this->OpacityByGradient || this->Scene.Image; }
+  bool NeedsDifferences() const
+  {
+    return this->Scene.Shading || this->OpacityByGradient || this->Scene.Image;
+  }
 
   /// Factor of the extinction.
   double GradientOpacity(const Double3& difference) const

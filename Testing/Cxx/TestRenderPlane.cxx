@@ -5,6 +5,7 @@
 // picture depends on no budget and on no skipping.
 #include "BesideVTK.h"
 #include "ExpectTruth.h"
+#include "MessageRecorder.h"
 #include "Scene.h"
 #include "vtkOutOfCoreVolumeMapper.h"
 
@@ -13,6 +14,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <string>
+#include <vtkCommand.h>
 #include <vtkDataArray.h>
 #include <vtkImageData.h>
 #include <vtkPointData.h>
@@ -332,4 +334,53 @@ TEST(TransferPlane, EditsLoadNothing)
   stage.SetTransferImage(33, 65, thin);
   EXPECT_TRUE(AreImagesIdentical(first, stage.Draw()));
   EXPECT_EQ(stage.Mapper->GetNumberOfBricksLoaded(), loaded);
+}
+
+// What can't be drawn is drawn by the functions of one dimension, with one warning by name.
+TEST(TransferPlane, UnsupportedWarnsOnceByName)
+{
+  ImageOptions options;
+  const auto image = MakeImage(options);
+  vtkNew<vtkImageData> mask;
+  mask->CopyStructure(image);
+  mask->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
+  mask->GetPointData()->GetScalars()->Fill(1);
+  struct Case
+  {
+    const char* Name;
+    bool IsDrawn; // all the same
+    std::function<void(Stage&)> Change;
+  };
+  const Case cases[] = {
+    { "TransferFunction2D in this BlendMode", false,
+      [](Stage& s) { s.Mapper->SetBlendModeToMaximumIntensity(); } },
+    { "TransferFunction2D with MaskInput", false,
+      [&](Stage& s)
+      {
+        s.Mapper->SetMaskInput(mask);
+        s.Mapper->SetMaskTypeToBinary();
+      } },
+    { "Transfer2DYAxisArray", true, [](Stage& s) { s.Mapper->SetTransfer2DYAxisArray("other"); } },
+  };
+  for (const Case& c : cases)
+  {
+    Stage stage(32, 32);
+    SetImage(stage, image);
+    stage.SetTransfer(MakeTransfer(OpacityShape::Ramp));
+    stage.Look({ 0.4, 1, -0.3 }, 0.8);
+    if (!c.IsDrawn)
+    {
+      c.Change(stage);
+    }
+    const std::vector<float> plain = stage.Draw();
+    vtkNew<MessageRecorder> messages;
+    stage.Mapper->AddObserver(vtkCommand::WarningEvent, messages);
+    stage.SetTransferImage(33, 65, Islands);
+    const std::vector<float> before = stage.Draw();
+    c.Change(stage);
+    EXPECT_TRUE(AreImagesIdentical(stage.Draw(), c.IsDrawn ? before : plain)) << c.Name;
+    stage.Draw();
+    ASSERT_EQ(messages->Messages.size(), 1u) << c.Name;
+    EXPECT_NE(messages->Messages[0].find(c.Name), std::string::npos) << messages->Messages[0];
+  }
 }

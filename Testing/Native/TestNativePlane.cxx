@@ -102,7 +102,7 @@ TEST(NativePlane, OneValueIsDrawnAtGradientZero)
       LookAt({ 10, 10, 60 }, { 10, 10, 0 }, { 0, 1, 0 }), Parallel(8, 1, 1, 100));
     const Picture picture = Draw(scene);
     ExpectSound(picture, "one value");
-    const auto left = static_cast<float>(std::pow(0.98, 20 / 0.5));
+    const auto left = static_cast<float>(std::pow(0.98, 19 / 0.5));
     for (std::size_t pixel = 0; pixel < 81; ++pixel)
     {
       EXPECT_NEAR(picture.Colors[4 * pixel + 3], left, 2e-5f);

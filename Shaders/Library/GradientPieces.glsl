@@ -3,7 +3,8 @@
 // Opacity by gradient over a piece of a ray: of each half of it the extinction alone is known
 // exactly in the mean; what the two make together is taken from the ends of the piece and its
 // middle. Where they may do something else in between, it is an error of the mean.
-#if (TERAVOX_GRADIENT_OPACITY || TERAVOX_PLANE) && !TERAVOX_NEAREST && !TERAVOX_FIXED_STEP
+#if !TERAVOX_NEAREST && !TERAVOX_FIXED_STEP
+#if TERAVOX_GRADIENT_OPACITY || TERAVOX_PLANE
 
 // Of the optical depth: through a dense piece light comes where gradients leave nothing.
 const float DENSE_WEIGHT = 2.0;
@@ -42,6 +43,7 @@ float LostOpacity(float depth, float opacity, float change)
   float less = opacity - OpacityOf(max(depth - off, 0.0));
   return max(less, min(change, 1.0) * (1.0 - opacity));
 }
+#endif
 
 #if TERAVOX_GRADIENT_OPACITY
 

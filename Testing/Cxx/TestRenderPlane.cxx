@@ -256,7 +256,9 @@ TEST(TransferPlane, FixedStepsConverge)
 
 // VTK takes the opacity for that of a step, however long; its step of the gradient is n / (n - 1)
 // voxels long and taken as one; and it looks up images, which it stretches to 1024 nodes, half a
-// node aside. It is given the image of 1024 nodes for which that is what is meant.
+// node aside. It is given the image of 1024 nodes for which that is what is meant. Where the field
+// bends within its longer step (the middle of a small blob, a silhouette) its magnitudes aren't
+// just larger: a few pixels differ by up to 17/255, where ours are those of the truth.
 TEST(TransferPlane, BesideVTK)
 {
   for (const bool shade : { false, true })
@@ -267,6 +269,7 @@ TEST(TransferPlane, BesideVTK)
     options.Type = ScalarType::UInt16;
     BesideVTK comparison(options, 48);
     Stage& stage = comparison.Shown;
+    const auto source = SourceOfImage(comparison.Image, BrickEdge, false);
     stage.SetShade(shade);
     stage.Property->SetScalarOpacityUnitDistance(UnitDistance);
     for (const bool walls : { false, true })
@@ -275,6 +278,7 @@ TEST(TransferPlane, BesideVTK)
       const std::string name = std::string(walls ? "walls" : "islands") + (shade ? ", shaded" : "");
       stage.SetTransferImage(256, 256, function);
       stage.Look({ 0.4, 1, -0.3 }, 0.8);
+      ExpectTruth(stage, *source, name);
       const std::vector<float> ours = WithoutAlpha(stage.DrawPicture());
       ASSERT_TRUE(stage.Mapper->IsConverged()) << name;
       stage.SetTransferImage(1024, 1024,
@@ -292,7 +296,8 @@ TEST(TransferPlane, BesideVTK)
         name.c_str(), 255 * plain.Mean, 255 * excess.Max, 255 * plain.Max);
       EXPECT_GT(*std::max_element(theirs.Middle.begin(), theirs.Middle.end()), 0.1f) << name;
       EXPECT_LE(plain.Mean, 1.0 / 255) << name;
-      EXPECT_LE(excess.Max, 6.0 / 255) << name;
+      EXPECT_LE(excess.Percentile99, 6.0 / 255) << name;
+      EXPECT_LE(excess.Max, 20.0 / 255) << name;
     }
   }
 }

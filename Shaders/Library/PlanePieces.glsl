@@ -98,7 +98,8 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
   PlacedSample a = SAMPLE_LINE(0.0);
   float u = 0.0;
   float size = 1.0;
-  for (int i = 0; i < 512; ++i)
+  // Of the smallest pieces there are 512, and each may have been tried as a part of larger ones.
+  for (int i = 0; i < 2048; ++i)
   {
     if (u >= 1.0 || state.transmittance <= u_step.z)
     {

@@ -11,6 +11,7 @@
 #include "Library/Atlas.glsl"
 #include "Library/Shade.glsl"
 #include "Library/GradientOpacity.glsl"
+#include "Library/TransferPlane.glsl"
 #include "Library/Segments.glsl"
 #if TERAVOX_BLEND
 #include "Library/Projection.glsl"

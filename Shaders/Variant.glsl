@@ -26,6 +26,9 @@
 #ifndef TERAVOX_GRADIENT_OPACITY
 #define TERAVOX_GRADIENT_OPACITY 0 // extinction times a function of the gradient's magnitude
 #endif
+#ifndef TERAVOX_PLANE
+#define TERAVOX_PLANE 0 // instead of that: opacity and colour over value and gradient
+#endif
 #ifndef TERAVOX_INTERACTIVE
 #define TERAVOX_INTERACTIVE 0 // draw the finest resident ancestor of a missing brick; else wait
 #endif

@@ -68,8 +68,7 @@ GradientTable BuildGradientTable(const TransferFunction& function)
   return isOne ? GradientTable() : table;
 }
 
-MarchParameters::Vec GradientParameters(
-  const TransferFunction& function, const Matrix4& datasetFromVoxel, int exponent)
+MarchParameters::Vec GradientScale(double nodes, const Matrix4& datasetFromVoxel, int exponent)
 {
   Double3 spacing{};
   for (std::size_t a = 0; a < 3; ++a)
@@ -80,13 +79,21 @@ MarchParameters::Vec GradientParameters(
     spacing[a] = std::sqrt(x * x + y * y + z * z);
   }
   const double mean = (spacing[0] + spacing[1] + spacing[2]) / 3;
-  const double nodes = std::ldexp(Intervals / LastGradientOf(function), exponent);
+  nodes = std::ldexp(nodes, exponent);
   MarchParameters::Vec parameters{};
   for (std::size_t a = 0; a < 3; ++a)
   {
     // Differences reach over two voxels.
     parameters[a] = static_cast<float>(nodes * mean / (2 * spacing[a]));
   }
+  return parameters;
+}
+
+MarchParameters::Vec GradientParameters(
+  const TransferFunction& function, const Matrix4& datasetFromVoxel, int exponent)
+{
+  MarchParameters::Vec parameters =
+    GradientScale(Intervals / LastGradientOf(function), datasetFromVoxel, exponent);
   parameters[3] = static_cast<float>(Intervals);
   return parameters;
 }

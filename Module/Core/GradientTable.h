@@ -33,6 +33,10 @@ GradientTable BuildGradientTable(const TransferFunction& function);
 /// The largest magnitude that counts, of the function and its labels.
 double LastGradientOf(const TransferFunction& function);
 
+/// Nodes per central difference along each axis of voxels of level 0, for `nodes` per data value
+/// and mean spacing. See GradientParameters().
+MarchParameters::Vec GradientScale(double nodes, const Matrix4& datasetFromVoxel, int exponent);
+
 /// MarchParameters::Gradient. `datasetFromVoxel`: its columns are as long as voxels are apart.
 /// `exponent`: values that are drawn are the user's times 2^-exponent (see ScaleExponent).
 MarchParameters::Vec GradientParameters(

@@ -64,6 +64,7 @@ struct MarchParameters
   /// What rays of several components hold in blend modes other than composite, in the place of each
   /// colour and of the transmittance, before they meet anything.
   static constexpr float NothingMet = -3.0e38f;
+  std::array<Vec, 2> Plane{};
 };
 
 /// How far a clipping plane lies behind the ray of a pixel (x, y) at depth t, kept where it is not

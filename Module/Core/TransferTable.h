@@ -7,10 +7,13 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <vector>
 
 namespace teravox
 {
+
+struct TransferImage;
 
 /// Opacity and colour over data values, as the user set them.
 struct TransferFunction
@@ -32,6 +35,9 @@ struct TransferFunction
   /// Null: none. Not in BuildTransferTable(), see GradientTable.h.
   std::function<double(double)> GradientOpacity;
   double LastGradient = 1; ///< > 0; GradientOpacity is constant from here on
+  /// Instead of Opacity and Color: both over value and gradient (TransferPlane.h). Opacity is an
+  /// upper bound of it then, by which values are skipped. Null: none. Not in BuildTransferTable().
+  std::shared_ptr<const TransferImage> Image;
   /// Sorted values that decide over which values the table's nodes lie and how close, instead of
   /// Knots. Empty: Knots.
   std::vector<double> DomainKnots;

@@ -15,7 +15,7 @@ namespace teravox
 {
 
 static_assert(sizeof(MarchParameters) ==
-    16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1 + 1 + 64 + 256 + 5 + 1 + 12 + 1 + 4),
+    16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1 + 1 + 64 + 256 + 5 + 1 + 12 + 1 + 4 + 2),
   "the uniform block of Shaders/Library/Bindings.glsl has no padding");
 
 static_assert(shared::MAXIMUM_ISO_VALUES == MarchParameters::MaximumIsoValues);
@@ -151,6 +151,27 @@ void RayMarcher::SetGradientTable(const GradientTable& table)
     this->GradientBuffer =
       GLBuffer(this->Memory, GL_TEXTURE_BUFFER, bytes, table.Values.data(), GL_STATIC_DRAW);
     this->GradientTexture = GLTexture(this->Memory, GL_RGBA32F, this->GradientBuffer);
+  }
+}
+
+void RayMarcher::SetPlane(const TransferPlane& plane)
+{
+  this->Plane = &plane;
+  std::vector<std::array<float, 4>> words = plane.Nodes;
+  words.insert(words.end(), plane.Bounds.begin(), plane.Bounds.end());
+  const std::size_t bytes = words.size() * sizeof(words[0]);
+  if (bytes != 0 && this->PlaneBuffer.Size() == bytes)
+  {
+    this->PlaneBuffer.Write(0, bytes, words.data());
+    return;
+  }
+  this->PlaneTexture.Release();
+  this->PlaneBuffer.Release();
+  if (bytes != 0)
+  {
+    this->PlaneBuffer =
+      GLBuffer(this->Memory, GL_TEXTURE_BUFFER, bytes, words.data(), GL_STATIC_DRAW);
+    this->PlaneTexture = GLTexture(this->Memory, GL_RGBA32F, this->PlaneBuffer);
   }
 }
 
@@ -362,6 +383,10 @@ PassResult RayMarcher::DrawNativePass(ViewState& view, const BrickAtlas& atlas,
   {
     teravox::SetGradientTable(scene, *this->Gradient);
   }
+  if (variant.Plane)
+  {
+    teravox::SetPlane(scene, *this->Plane);
+  }
   std::vector<NativeScene::LabelTable> labels;
   if (variant.Labels)
   {
@@ -470,6 +495,10 @@ Result<PassResult> RayMarcher::DrawPass(ViewState& view, const BrickAtlas& atlas
   if (variant.GradientOpacity)
   {
     this->GradientTexture.Bind(9);
+  }
+  if (variant.Plane)
+  {
+    this->PlaneTexture.Bind(9);
   }
   view.Intervals.Bind(2);
   view.Color.Bind(7);

@@ -10,6 +10,7 @@
 #include "NativeMarcher.h"
 #include "PassResult.h"
 #include "ShaderLibrary.h"
+#include "TransferPlane.h"
 #include "TransferTable.h"
 #include "ViewState.h"
 
@@ -57,6 +58,8 @@ public:
   void SetLabelTables(const std::vector<TransferTable>& tables);
   /// Read by variants with GradientOpacity; must stay where it is.
   void SetGradientTable(const GradientTable& table);
+  /// Likewise, with Plane.
+  void SetPlane(const TransferPlane& plane);
 
   /// Copies the depth of the frame buffer that is bound for drawing, resolving samples.
   void CopyDepth(ViewState& view, GLuint framebuffer, int x, int y);
@@ -117,6 +120,7 @@ private:
   const std::vector<TransferTable>* ComponentTables = nullptr; ///< instead of Table, or null
   const std::vector<TransferTable>* LabelTables = nullptr; ///< Table is the first of them; or null
   const GradientTable* Gradient = nullptr;
+  const TransferPlane* Plane = nullptr;
   std::uint32_t TableVersion = 0; ///< counts the tables; never 0 once there is one
   NativeMarcher Native;
   IntervalParameters Intervals;       ///< of the picture under way, for the native marcher
@@ -132,6 +136,8 @@ private:
   GLTexture OccupiedTexture;
   GLBuffer GradientBuffer;
   GLTexture GradientTexture;
+  GLBuffer PlaneBuffer;
+  GLTexture PlaneTexture;
   GLVertexArray Vertices;
   GLVertexArray TileVertices;
   std::map<std::string, GLProgram> Programs;

@@ -21,7 +21,7 @@ struct Feature
   const char* Name;
   bool ShaderVariant::*Member;
 };
-constexpr std::array<Feature, 17> Features = { {
+constexpr std::array<Feature, 18> Features = { {
   { "TERAVOX_NEAREST", &ShaderVariant::Nearest },
   { "TERAVOX_FIXED_STEP", &ShaderVariant::FixedStep },
   { "TERAVOX_FLOAT_DATA", &ShaderVariant::FloatData },
@@ -39,6 +39,7 @@ constexpr std::array<Feature, 17> Features = { {
   { "TERAVOX_GRADIENT_OPACITY", &ShaderVariant::GradientOpacity },
   { "TERAVOX_MASK", &ShaderVariant::Masked },
   { "TERAVOX_LABELS", &ShaderVariant::Labels },
+  { "TERAVOX_PLANE", &ShaderVariant::Plane },
 } };
 
 Result<std::string> ReadShaderFile(const std::string& file)
@@ -169,7 +170,8 @@ std::vector<ShaderVariant> ShaderVariant::All()
       (variant.ShowLevel && (variant.Shade || variant.Estimate)) ||
       (variant.Lights && !variant.Shade) || variant.OpaqueDepth ||
       (variant.FirstHit && (variant.ShowLevel || variant.Estimate || variant.Count)) ||
-      (variant.Labels && !variant.Masked))
+      (variant.Labels && !variant.Masked) ||
+      (variant.Plane && (variant.GradientOpacity || variant.Masked)))
     {
       continue;
     }
@@ -179,9 +181,9 @@ std::vector<ShaderVariant> ShaderVariant::All()
       continue;
     }
     // Of one component, in composite blending; gradients not in variants of the debug picture.
-    if (variant.GradientOpacity || variant.Labels)
+    if (variant.GradientOpacity || variant.Plane || variant.Labels)
     {
-      if (!variant.Dependent && !(variant.GradientOpacity && variant.ShowLevel))
+      if (!variant.Dependent && !((variant.GradientOpacity || variant.Plane) && variant.ShowLevel))
       {
         all.push_back(variant);
       }

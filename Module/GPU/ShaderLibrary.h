@@ -30,6 +30,7 @@ struct ShaderVariant
   bool Estimate = false;
   bool FirstHit = false;
   bool GradientOpacity = false;
+  bool Plane = false; ///< instead of that: opacity and colour over value and gradient
   BlendKind Blend = BlendKind::Composite; ///< TERAVOX_BLEND
   int Components = 1;                     ///< of a voxel; TERAVOX_COMPONENTS, 0 for one
   bool Dependent = false;                 ///< of several components

@@ -144,7 +144,7 @@ std::uint64_t VolumeEngine::FixedBytes(const ViewState* except, int width, int h
   // 16: the least that the table of slots takes, where the plan needs none.
   std::uint64_t tables = sizeof(MarchParameters) + 16;
   tables += this->HasComponents() || this->HasLabels() ? 0 : this->Transfer.SizeInBytes();
-  tables += this->Gradient.SizeInBytes();
+  tables += this->Gradient.SizeInBytes() + this->Plane.SizeInBytes();
   for (const TransferTable& table : this->Tables_)
   {
     tables += table.SizeInBytes();
@@ -370,6 +370,10 @@ Status VolumeEngine::PrepareTables(const FrameRequest& request)
     this->Gradient = request.Blend.Kind == BlendKind::Composite ? BuildGradientTable(this->Drawn)
                                                                 : GradientTable();
     this->Marcher->SetGradientTable(this->Gradient);
+    this->Plane = request.Blend.Kind == BlendKind::Composite && !info.Masked
+      ? BuildTransferPlane(this->Drawn, this->Transfer.LargestExtinction)
+      : TransferPlane();
+    this->Marcher->SetPlane(this->Plane);
   }
   else if (!current || this->Tables_.empty() || this->TableBlend != request.Blend.Kind)
   {
@@ -392,6 +396,8 @@ Status VolumeEngine::PrepareTables(const FrameRequest& request)
     this->Marcher->SetTransferTables(this->Tables_);
     this->Gradient = {};
     this->Marcher->SetGradientTable(this->Gradient);
+    this->Plane = {};
+    this->Marcher->SetPlane(this->Plane);
   }
   this->TableVersion = this->FunctionVersion;
   this->TableBlend = request.Blend.Kind;
@@ -418,7 +424,12 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
   else
   {
     parameters.Transfer = TransferParameters(this->MainTable());
-    if (!this->Gradient.IsOne())
+    if (!this->Plane.IsNone())
+    {
+      SetPlaneParameters(parameters, this->Plane, this->Drawn, this->Transfer,
+        request.Camera.DatasetFromVoxel, this->Exponent);
+    }
+    else if (!this->Gradient.IsOne())
     {
       parameters.Gradient =
         GradientParameters(this->Drawn, request.Camera.DatasetFromVoxel, this->Exponent);
@@ -519,7 +530,8 @@ ShaderVariant VolumeEngine::VariantOf(const FrameRequest& request, const VoxelFo
   variant.SlotTable = format.Relative;
   variant.Shade = request.Shade && (isComposite || variant.Blend == BlendKind::Isosurface);
   variant.Lights = variant.Shade && !request.Lights.empty();
-  variant.GradientOpacity = !this->Gradient.IsOne() && !request.ShowLevel;
+  variant.Plane = !this->Plane.IsNone() && !request.ShowLevel;
+  variant.GradientOpacity = !variant.Plane && !this->Gradient.IsOne() && !request.ShowLevel;
   variant.Interactive = !request.Converge;
   variant.Count = request.CountSamples || request.ShowSamples;
   variant.ShowLevel = request.ShowLevel;
@@ -681,8 +693,8 @@ int FirstStageOf(const FrameRequest& request, const ShaderVariant& variant,
   // The rays of several components note nothing for their neighbours, nor do they know of gradients
   // between them; masks end without a warning.
   const bool smooth = RunFromBegin(request) && variant.Components == 1 &&
-    !variant.GradientOpacity && !variant.Masked && !request.Nearest && !request.ShowLevel &&
-    !request.ShowSamples && !request.HitOpacity && request.Tolerance > 0 &&
+    !variant.GradientOpacity && !variant.Plane && !variant.Masked && !request.Nearest &&
+    !request.ShowLevel && !request.ShowSamples && !request.HitOpacity && request.Tolerance > 0 &&
     request.Blend.Kind == BlendKind::Composite;
   return smooth && view.IsNative()
     ? FirstLatticeStage(parameters, intervals, limits, request.LatticeStages)

@@ -15,6 +15,7 @@
 #include "RayMarcher.h"
 #include "ReadAhead.h"
 #include "Residency.h"
+#include "TransferPlane.h"
 #include "TransferTable.h"
 #include "ViewGeometry.h"
 #include "ViewState.h"
@@ -318,6 +319,7 @@ private:
   TransferFunction Drawn;                      ///< what Transfer was made of
   TransferTable Transfer;
   GradientTable Gradient; ///< of Drawn; of several components and other blend modes none
+  TransferPlane Plane;    ///< likewise, and not with a mask
   FrameStatistics Frame;
   std::unordered_set<BrickKey, BrickKeyHash> Met;
   Feedback Unanswered; ///< what the last interactive frame missed

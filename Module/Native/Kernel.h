@@ -37,10 +37,16 @@ constexpr int MacroEdge = NativeScene::MacroEdge;
 #if TERAVOX_GRADIENT_OPACITY
 #include "KernelGradient.h"
 #endif
+#if TERAVOX_TRANSFER_PLANE
+#include "KernelPlane.h"
+#endif
 #include "KernelProjectionState.h"
 #include "KernelWatchState.h"
 #include "KernelTurns.h"
 #include "KernelPieces.h"
+#if TERAVOX_TRANSFER_PLANE
+#include "KernelPlanePieces.h"
+#endif
 #include "KernelWalk.h"
 #include "KernelMask.h"
 #include "KernelSpan.h"
@@ -382,6 +388,12 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   }
 }
 
+inline PlaneTable PlaneOf(const NativeScene& scene)
+{
+  return { scene.Plane, scene.PlaneBounds, scene.PlaneFirst, scene.PlaneColumns,
+    scene.Parameters->Plane };
+}
+
 inline Transfer TableOf(const NativeScene& scene)
 {
   const MarchParameters& p = *scene.Parameters;
@@ -396,7 +408,7 @@ void MarchTile(
 {
   const MarchParameters& p = *scene.Parameters;
   Context c{ scene, p, report, TableOf(scene), MakeRayLight(scene), 0, 0, 0, {}, {}, {},
-    ComponentsOf(scene), { scene.GradientOpacity, p.Gradient }, 0 };
+    ComponentsOf(scene), { scene.GradientOpacity, p.Gradient }, PlaneOf(scene), 0 };
   for (int y = bottom; y < top; ++y)
   {
     for (int x = left; x < right; ++x)

@@ -224,13 +224,25 @@ __attribute__((noinline)) void IntegrateNearest(
     const Floats x = difference(1, view.PerVoxelX);
     const Floats y = difference(view.Edge, view.PerVoxelY);
     const Floats z = difference(view.Edge * view.Edge, view.PerVoxelZ);
+#if TERAVOX_TRANSFER_PLANE
+    if (c.Plane.Nodes != nullptr)
+    {
+      const PlaneSample<Floats> sample =
+        SamplePlane(c.Plane, c.Gradient, node, PlaceGradient(c.Gradient, x, y, z).Magnitude);
+      depth = Select(depth > 0.0f, sample.S * length, Floats{});
+      color = sample.Value;
+    }
+    else
+#endif
+    {
+#if TERAVOX_GRADIENT_OPACITY
+      depth = depth * SampleGradient(c.Gradient, x, y, z).Opacity;
+#endif
+    }
     if constexpr (Shade)
     {
       color = LitColor(c.P, color, NormalOf(c.P, x, y, z), c.Light, 0.5f * (v.Begin + v.End));
     }
-#if TERAVOX_GRADIENT_OPACITY
-    depth = depth * SampleGradient(c.Gradient, x, y, z).Opacity;
-#endif
   }
   Quad colors[Lanes];
   ToQuads(color, OpacityOf(depth), colors);

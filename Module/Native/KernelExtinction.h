@@ -8,11 +8,24 @@
 #define TERAVOX_GRADIENT_OPACITY 0
 #endif
 constexpr bool GradientOpacity = TERAVOX_GRADIENT_OPACITY != 0;
+// The same kernel draws opacity and colour over value and magnitude (KernelPlane.h), of volumes
+// without a mask.
+#define TERAVOX_TRANSFER_PLANE (TERAVOX_GRADIENT_OPACITY && !TERAVOX_MASK)
 
 struct GradientOpacityTable
 {
   const float* Nodes; // GradientTable::Values
   Vec Scale;          // MarchParameters::Gradient
+};
+
+// TransferPlane; Nodes is null where there is none.
+struct PlaneTable
+{
+  const float* Nodes;
+  const float* Bounds;
+  const std::int32_t* First; // of the levels of Bounds
+  std::int32_t Columns;
+  std::array<Vec, 2> Scale; // MarchParameters::Plane
 };
 
 struct Extinction

@@ -40,8 +40,29 @@ void IntegrateFixed(
     Sample<Floats> a = SampleTransfer(c.Table, front.Node);
     Sample<Floats> b = SampleTransfer(c.Table, back.Node);
     Floats mean = MeanExtinction(a, b, Floats{}, Floats{}).Mean;
+    Color<Floats> colorA = TransferColor(c.Table, a.X);
+    Color<Floats> colorB = TransferColor(c.Table, b.X);
+#if TERAVOX_TRANSFER_PLANE
+    if (c.Plane.Nodes != nullptr)
+    {
+      const auto at = [&](const Places& place, const Sample<Floats>& s)
+      {
+        const GradientSample<Floats> gradient = GradientAt<T>(c, view, place);
+        return SamplePlane(c.Plane, c.Gradient, s.X, gradient.Magnitude);
+      };
+      c.Report.Gradients += static_cast<std::uint64_t>(2 * count);
+      const PlaneSample<Floats> before = at(front, a);
+      const PlaneSample<Floats> behind = at(back, b);
+      a.S = before.S;
+      b.S = behind.S;
+      mean = 0.5f * (a.S + b.S);
+      colorA = before.Value;
+      colorB = behind.Value;
+    }
+#endif
+
 #if TERAVOX_GRADIENT_OPACITY
-    if (Bits(mean > 0.0f) != 0)
+    if (c.Plane.Nodes == nullptr && Bits(mean > 0.0f) != 0)
     {
       c.Report.Gradients += static_cast<std::uint64_t>(2 * count);
       const Floats before = GradientAt<T>(c, view, front).Opacity;
@@ -57,7 +78,7 @@ void IntegrateFixed(
     depth = Select((a.X == a.X) & (b.X == b.X), depth, Floats{});
     const Floats opacity = OpacityOf(depth);
     const Floats gathered = CentroidOf(a.S, b.S, depth);
-    Color<Floats> color = Mix(TransferColor(c.Table, a.X), TransferColor(c.Table, b.X), gathered);
+    Color<Floats> color = Mix(colorA, colorB, gathered);
     const unsigned seen = Bits(depth > 0.0f) & ((1u << count) - 1u);
     c.Report.Evaluated += static_cast<std::uint64_t>(count);
     if (Shade && seen != 0)

@@ -28,10 +28,10 @@ TERAVOX_INLINE void LoadGradientNode(
   LoadFour(table.Nodes, i, node);
 }
 
-// From the central difference per axis in voxels of level 0. Beside voxels without a value there is
-// no gradient.
+// From the central difference per axis in voxels of level 0: all but the opacity. Beside voxels
+// without a value there is no gradient.
 template <typename F>
-TERAVOX_INLINE GradientSample<F> SampleGradient(const GradientOpacityTable& table, F x, F y, F z)
+TERAVOX_INLINE GradientSample<F> PlaceGradient(const GradientOpacityTable& table, F x, F y, F z)
 {
   const Vec& scale = table.Scale;
   GradientSample<F> r;
@@ -40,6 +40,15 @@ TERAVOX_INLINE GradientSample<F> SampleGradient(const GradientOpacityTable& tabl
   r.Z = z * scale[2];
   const F magnitude = SquareRoot((r.X * r.X + r.Y * r.Y) + r.Z * r.Z);
   r.Magnitude = Min(Max(magnitude, F{}), F{} + 2.0f * scale[3]);
+  r.Opacity = r.Slope = F{};
+  return r;
+}
+
+template <typename F>
+TERAVOX_INLINE GradientSample<F> SampleGradient(const GradientOpacityTable& table, F x, F y, F z)
+{
+  const Vec& scale = table.Scale;
+  GradientSample<F> r = PlaceGradient(table, x, y, z);
   F fraction;
   F node[4];
   LoadGradientNode(table, r.Magnitude, fraction, node);
@@ -154,6 +163,24 @@ inline Floats AttenuateMean(const GradientOpacityTable& table, const Extinction&
   return (most - least) / Max(most, Splat(1.0e-30f));
 }
 
+// How far the gradient may be from a line between the middle and an end of parts of segments: at
+// most an eighth of its second derivative times the square of half their size, in nodes.
+TERAVOX_INLINE Floats BendOf(
+  const GradientOpacityTable& table, const Gradient& gradient, Floats from, Floats to)
+{
+  const auto square = [&](Floats u)
+  {
+    const auto second = [&](const Cubic& g, float scale) { return (g.C + 3.0f * g.D * u) * scale; };
+    const Vec& scale = table.Scale;
+    const Floats x = second(gradient.X, scale[0]);
+    const Floats y = second(gradient.Y, scale[1]);
+    const Floats z = second(gradient.Z, scale[2]);
+    return (x * x + y * y) + z * z;
+  };
+  const Floats size = 0.5f * (to - from);
+  return SquareRoot(Max(square(from), square(to))) * (0.25f * size * size);
+}
+
 // Turns the extinctions at the ends of parts of segments, and what is known of that between them,
 // into those that the gradient leaves. `m`: in the middle. Returns what AttenuateMean() does.
 inline Floats Attenuate(const GradientOpacityTable& table, const Cubic& field,
@@ -172,18 +199,7 @@ inline Floats Attenuate(const GradientOpacityTable& table, const Cubic& field,
   const auto at = [&](Floats u) {
     return SampleGradient(table, Along(gradient.X, u), Along(gradient.Y, u), Along(gradient.Z, u));
   };
-  // A line between two places of a cubic is at most an eighth of its second derivative times the
-  // square of their distance off.
-  const auto square = [&](Floats u)
-  {
-    const auto second = [&](const Cubic& g, float scale) { return (g.C + 3.0f * g.D * u) * scale; };
-    const Vec& scale = table.Scale;
-    const Floats x = second(gradient.X, scale[0]);
-    const Floats y = second(gradient.Y, scale[1]);
-    const Floats z = second(gradient.Z, scale[2]);
-    return (x * x + y * y) + z * z;
-  };
-  const Floats bend = SquareRoot(Max(square(from), square(to))) * (0.25f * size * size);
+  const Floats bend = BendOf(table, gradient, from, to);
   const Floats s[3] = { a.S, m.S, b.S };
   const GradientSample<Floats> places[3] = { at(from), at(half), at(to) };
   const Floats varied =

@@ -59,6 +59,7 @@ struct Context
   WatchState Watch;
   ComponentTables Components;
   GradientOpacityTable Gradient;
+  PlaneTable Plane;
   int Label; // whose tables Table and Gradient are; 0: those of all (KernelMask.h)
 };
 
@@ -165,10 +166,22 @@ TERAVOX_INLINE Normal<Floats> NormalAt(const Context& c, const Segments& s, Floa
   return NormalOf(c.P, Along(s.Light.X, u), Along(s.Light.Y, u), Along(s.Light.Z, u));
 }
 
+#if TERAVOX_TRANSFER_PLANE
+template <bool Shade>
+void EvaluatePlane(const Context& c, const Segments& s, Floats from, Floats to, Pieces& out);
+#endif
+
 // The parts from `from` to `to` (in 0..1) of eight segments.
 template <bool Shade>
 inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to, Pieces& out)
 {
+#if TERAVOX_TRANSFER_PLANE
+  if (c.Plane.Nodes != nullptr)
+  {
+    EvaluatePlane<Shade>(c, s, from, to, out);
+    return;
+  }
+#endif
   Sample<Floats> a = SampleTransfer(c.Table, Along(s.Field, from));
   Sample<Floats> b = SampleTransfer(c.Table, Along(s.Field, to));
   const Floats size = to - from;
@@ -453,11 +466,23 @@ __attribute__((noinline)) void TakeInParts(Context& c, State& state, const Segme
 inline void IntegrateConstant(
   Context& c, State& state, const Ray& ray, float position, float t0, float t1)
 {
-  float depth = SampleTransfer(c.Table, position).S * (Max(t1 - t0, 0.0f) * ray.World);
-#if TERAVOX_GRADIENT_OPACITY
-  depth = depth * SampleGradient(c.Gradient, 0.0f, 0.0f, 0.0f).Opacity;
-#endif
+  const float length = Max(t1 - t0, 0.0f) * ray.World;
+  float depth = SampleTransfer(c.Table, position).S * length;
   Color<float> color = TransferColor(c.Table, position);
+#if TERAVOX_TRANSFER_PLANE
+  if (c.Plane.Nodes != nullptr)
+  {
+    const PlaneSample<float> sample = SamplePlane(c.Plane, c.Gradient, position, 0.0f);
+    depth = sample.S * length;
+    color = sample.Value;
+  }
+  else
+#endif
+  {
+#if TERAVOX_GRADIENT_OPACITY
+    depth = depth * SampleGradient(c.Gradient, 0.0f, 0.0f, 0.0f).Opacity;
+#endif
+  }
   if (c.Scene.Shade)
   {
     color = LitColor(c.P, color, Normal<float>{ 0.0f, 0.0f, 0.0f }, c.Light, t0);

@@ -59,8 +59,11 @@ inline GradientSample<Floats> GradientAt(const Context& c, const BrickView& view
 {
   const Vectors nowhere{ Floats{}, Floats{}, Floats{} };
   const Gradient g = LoadGradient<T>(view, p.At, p.Around, p.Within, nowhere);
-  return SampleGradient(
-    c.Gradient, g.X.A * view.PerVoxelX, g.Y.A * view.PerVoxelY, g.Z.A * view.PerVoxelZ);
+  const Floats x = g.X.A * view.PerVoxelX;
+  const Floats y = g.Y.A * view.PerVoxelY;
+  const Floats z = g.Z.A * view.PerVoxelZ;
+  return c.Gradient.Nodes != nullptr ? SampleGradient(c.Gradient, x, y, z)
+                                     : PlaceGradient(c.Gradient, x, y, z);
 }
 #endif
 

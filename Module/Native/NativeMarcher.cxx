@@ -256,6 +256,17 @@ void SetGradientTable(NativeScene& scene, const GradientTable& table)
   scene.GradientOpacity = table.IsOne() ? nullptr : table.Values.front().data();
 }
 
+void SetPlane(NativeScene& scene, const TransferPlane& plane)
+{
+  if (!plane.IsNone())
+  {
+    scene.Plane = plane.Nodes.front().data();
+    scene.PlaneBounds = plane.Bounds.front().data();
+    scene.PlaneFirst = plane.First.data();
+    scene.PlaneColumns = plane.Columns;
+  }
+}
+
 void SetAtlas(
   NativeScene& scene, const NativeAtlas& atlas, const PageTable& table, const TexelFormat& format)
 {
@@ -439,7 +450,7 @@ PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::
   scene.UsedBlocks = this->UsedBlocks.data();
   constexpr int edge = static_cast<int>(shared::TILE_SIZE);
   const auto count = static_cast<std::int64_t>(tiles.size());
-  const bool gradient = scene.GradientOpacity != nullptr;
+  const bool gradient = scene.GradientOpacity != nullptr || scene.Plane != nullptr;
   const NativeKernel kernel = scene.Components > 1 ? this->ComponentKernel
     : scene.Masked ? (gradient ? this->MaskGradientKernel : this->MaskKernel)
     : gradient     ? this->GradientKernel

@@ -9,6 +9,7 @@
 #include "PageTable.h"
 #include "PassResult.h"
 #include "TexelFormat.h"
+#include "TransferPlane.h"
 #include "TransferTable.h"
 
 #include <cstdint>
@@ -66,6 +67,8 @@ void SetLabelTables(std::vector<NativeScene::LabelTable>& all,
   const std::vector<TransferTable>& tables, const GradientTable& gradient);
 /// Of the opacity of gradients, if there is one.
 void SetGradientTable(NativeScene& scene, const GradientTable& table);
+/// Of a function over value and gradient, if there is one; `plane` must stay where it is.
+void SetPlane(NativeScene& scene, const TransferPlane& plane);
 void SetAtlas(
   NativeScene& scene, const NativeAtlas& atlas, const PageTable& table, const TexelFormat& format);
 void SetView(NativeScene& scene, NativeView& view, int width, int height);

@@ -46,6 +46,12 @@ struct NativeScene
   /// GradientTable::Values; null: none. Not with several components or another blend mode than
   /// composite; of kernels of their own.
   const float* GradientOpacity = nullptr;
+  /// TransferPlane: Nodes (null: none), Bounds, First, Columns. Under the same conditions and not
+  /// with a mask; the tables above are an upper bound of it.
+  const float* Plane = nullptr;
+  const float* PlaneBounds = nullptr;
+  const std::int32_t* PlaneFirst = nullptr;
+  int PlaneColumns = 0;
 
   /// Of voxels with several components: one table each. The table above isn't read then.
   struct ComponentTable
@@ -144,7 +150,7 @@ NativeKernel ChooseNativeKernel();
 NativeRefiner ChooseNativeRefiner();
 /// The same for voxels with several components.
 NativeKernel ChooseComponentKernel();
-/// The same for scenes with GradientOpacity.
+/// The same for scenes with GradientOpacity or a Plane.
 NativeKernel ChooseGradientKernel();
 /// The same for volumes with a mask, without and with GradientOpacity.
 NativeKernel ChooseMaskKernel(bool gradientOpacity);

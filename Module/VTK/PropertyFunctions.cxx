@@ -3,13 +3,18 @@
 #include "PropertyFunctions.h"
 
 #include "LabelTables.h"
+#include "TransferPlane.h"
 #include "TransferRange.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vtkColorTransferFunction.h>
+#include <vtkDataArray.h>
+#include <vtkImageData.h>
 #include <vtkPiecewiseFunction.h>
+#include <vtkPointData.h>
 #include <vtkSmartPointer.h>
 #include <vtkVolumeProperty.h>
 
@@ -130,6 +135,29 @@ void SortKnots(TransferFunction& function)
     std::unique(function.Knots.begin(), function.Knots.end()), function.Knots.end());
 }
 
+// Opacity and colour over the range of the data, and magnitudes of gradients up to a quarter of its
+// width, as VTK lays them.
+TransferFunction MakeImage(vtkVolumeProperty* property, const ValueRange& range)
+{
+  vtkImageData* nodes = property->GetTransferFunction2D(0);
+  vtkDataArray* array = nodes->GetPointData()->GetScalars();
+  TransferImage image;
+  image.Columns = nodes->GetDimensions()[0];
+  image.Rows = nodes->GetDimensions()[1];
+  image.Values = range;
+  const double width = range.Max - range.Min;
+  image.LastGradient = width > 0 ? 0.25 * width : 1;
+  const vtkIdType count = vtkIdType{ image.Columns } * image.Rows;
+  for (vtkIdType i = 0; i < count; ++i)
+  {
+    std::array<double, 4> node{};
+    array->GetTuple(i, node.data());
+    image.Nodes.push_back({ static_cast<float>(node[0]), static_cast<float>(node[1]),
+      static_cast<float>(node[2]), static_cast<float>(node[3]) });
+  }
+  return MakeImageFunction(std::move(image), property->GetScalarOpacityUnitDistance(0));
+}
+
 // Of dependent components: whether there is such a mode for so many.
 bool AreDependent(vtkVolumeProperty* property, int components)
 {
@@ -158,6 +186,27 @@ bool CanBlendComponents(vtkVolumeProperty* property, int components, BlendKind k
       AreDependent(property, components) ? ComponentMode::Dependent : ComponentMode::Independent);
 }
 
+bool HasTransferImage(vtkVolumeProperty* property)
+{
+  vtkImageData* nodes = property->GetTransferFunctionMode() == vtkVolumeProperty::TF_2D
+    ? property->GetTransferFunction2D(0)
+    : nullptr;
+  vtkDataArray* array = nodes ? nodes->GetPointData()->GetScalars() : nullptr;
+  return array && nodes->GetDimensions()[2] == 1 && array->GetNumberOfTuples() > 0 &&
+    array->GetNumberOfComponents() == 4 && array->GetDataType() == VTK_FLOAT;
+}
+
+bool IsImageRange(const ValueRange& range)
+{
+  return range.IsKnown() && !range.IsVoid() && std::isfinite(range.Max - range.Min);
+}
+
+vtkMTimeType ImageTime(vtkVolumeProperty* property)
+{
+  vtkImageData* nodes = property->GetTransferFunction2D(0);
+  return nodes ? nodes->GetMTime() : 0;
+}
+
 bool HasGradientOpacity(vtkVolumeProperty* property, int component)
 {
   return property->GetTransferFunctionMode() == vtkVolumeProperty::TF_1D &&
@@ -167,6 +216,10 @@ bool HasGradientOpacity(vtkVolumeProperty* property, int component)
 TransferFunction MakeTransferFunction(
   vtkVolumeProperty* property, int component, const RangeChoice& range)
 {
+  if (range.Image)
+  {
+    return MakeImage(property, range.Data);
+  }
   TransferFunction function;
   SetOwnOpacity(property, component, range, function);
   SetOwnColor(property, component, range, function);

@@ -23,16 +23,25 @@ struct RangeChoice
   bool NativeColor = false;
   bool NativeOpacity = false;
   bool NativeGradient = false;
+  bool Image = false; ///< the one function over value and gradient counts (HasTransferImage())
 
   bool operator==(const RangeChoice& o) const
   {
     return this->NativeColor == o.NativeColor && this->NativeOpacity == o.NativeOpacity &&
-      this->NativeGradient == o.NativeGradient;
+      this->NativeGradient == o.NativeGradient && this->Image == o.Image;
   }
 };
 
 /// Whether a component's gradient opacity counts.
 bool HasGradientOpacity(vtkVolumeProperty* property, int component);
+
+/// Whether the property has a function over value and gradient that counts, of one component: an
+/// image of two dimensions with four floats per node.
+bool HasTransferImage(vtkVolumeProperty* property);
+/// Whether it can be drawn over values of this range.
+bool IsImageRange(const ValueRange& range);
+/// When it last changed.
+vtkMTimeType ImageTime(vtkVolumeProperty* property);
 
 /// The functions of a component as they are now. Copies: they are sampled later.
 TransferFunction MakeTransferFunction(

@@ -679,9 +679,17 @@ teravox::Projection MakeProjection(vtkOutOfCoreVolumeMapper* m, vtkVolumePropert
   return projection;
 }
 
+// Whether a function over value and gradient decides what is drawn.
+bool IsImageDrawn(
+  vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p, const teravox::VolumeInfo& info)
+{
+  return teravox::HasTransferImage(p) && info.Components == 1 && !HasMask(m, p) &&
+    m->GetBlendMode() == vtkVolumeMapper::COMPOSITE_BLEND && teravox::IsImageRange(info.Range);
+}
+
 // Properties of VTK that this mapper doesn't do; each warns once, by name.
-std::vector<std::string> FindUnsupported(
-  vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p, vtkVolume* v, int components)
+std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p,
+  vtkVolume* v, int components, const teravox::ValueRange& data)
 {
   std::vector<std::string> names;
   const auto check = [&names](bool differs, const char* name)
@@ -725,7 +733,14 @@ std::vector<std::string> FindUnsupported(
   check(HasLabelMask(m, p) && m->GetMaskBlendFactor() < 1 &&
       (hasGradientOpacity || teravox::HasLabelGradientOpacity(p)),
     "GradientOpacity with MaskBlendFactor");
-  check(p->GetTransferFunctionMode() != vtkVolumeProperty::TF_1D, "TransferFunctionMode");
+  const bool hasImage = teravox::HasTransferImage(p);
+  check(p->GetTransferFunctionMode() != vtkVolumeProperty::TF_1D && !hasImage,
+    "TransferFunctionMode without a TransferFunction2D of four floats per node");
+  check(hasImage && components > 1, "TransferFunction2D with components");
+  check(hasImage && masked, "TransferFunction2D with MaskInput");
+  check(hasImage && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND,
+    "TransferFunction2D in this BlendMode");
+  check(hasImage && !teravox::IsImageRange(data), "TransferFunction2D of data of unknown range");
   check(components == 3 && p->GetIndependentComponents() == 0,
     "IndependentComponents off with 3 components");
   check(!teravox::CanBlendComponents(p, components, MakeProjection(m, p).Kind),
@@ -976,7 +991,8 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   // What is drawn: the source, or one scalar of it; or the part of that in the mask.
   std::shared_ptr<teravox::BrickSource> source = in.ScalarsOf(*this, property, drawn.Source);
   const int components = source->Info().Components;
-  for (const std::string& name : FindUnsupported(this, property, vol, components))
+  for (const std::string& name :
+    FindUnsupported(this, property, vol, components, source->Info().Range))
   {
     if (in.Warned.insert(name).second)
     {
@@ -1128,10 +1144,12 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     settings.ShuffleSeed = this->ArrivalShuffleSeed;
   }
   in.Engine.SetSettings(settings);
-  const vtkMTimeType functionTime = std::max({ property->GetMTime(),
-    property->GetScalarOpacity()->GetMTime(), masked ? teravox::LabelTime(property) : 0 });
+  const vtkMTimeType functionTime =
+    std::max({ property->GetMTime(), property->GetScalarOpacity()->GetMTime(),
+      masked ? teravox::LabelTime(property) : 0, teravox::ImageTime(property) });
   const teravox::RangeChoice range{ source->Info().Range, this->ColorRangeType == NATIVE,
-    this->ScalarOpacityRangeType == NATIVE, this->GradientOpacityRangeType == NATIVE };
+    this->ScalarOpacityRangeType == NATIVE, this->GradientOpacityRangeType == NATIVE,
+    IsImageDrawn(this, property, source->Info()) };
   // How the function is sampled depends on the values of the source and on the size of its voxels.
   if (in.FunctionOf != property || in.FunctionTime != functionTime || in.FunctionVersion == 0 ||
     in.FunctionFor != source || !(in.FunctionRange == range) ||

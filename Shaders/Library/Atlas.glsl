@@ -155,7 +155,7 @@ float Along(vec4 cubic, float u)
   return v;
 }
 
-#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY || TERAVOX_PLANE
 // Differences over +-1 voxel along each axis as cubics along the same line: the gradient that VTK
 // interpolates.
 struct Gradient

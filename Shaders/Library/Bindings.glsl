@@ -50,6 +50,10 @@ layout(std140, binding = 0) uniform View
   // Of blend modes other than composite. x: what a position in nodes may be off by rounding; y: last
   // node that differs, least node that counts; z: largest node that counts; w: factor of sums.
   vec4 u_componentProjection[4];
+  // Of a table over value and gradient, whose rows u_gradient is in. x, y: columns per node of the
+  // transfer table, column of its first; z: the last one; w: levels of bounds. x: 1 / unit distance;
+  // y: largest extinction.
+  vec4 u_plane[2];
 };
 
 layout(binding = 0) uniform sampler3D u_atlasTexture;
@@ -60,6 +64,9 @@ layout(binding = 3) uniform usamplerBuffer
   u_occupied; // first interval from each node on that isn't zero
 #if TERAVOX_GRADIENT_OPACITY
 layout(binding = 9) uniform samplerBuffer u_gradientTable; // see GradientTable
+#endif
+#if TERAVOX_PLANE
+layout(binding = 9) uniform samplerBuffer u_planeTable; // nodes, then bounds: see TransferPlane
 #endif
 layout(
   binding = 6) uniform usamplerBuffer u_pageTable; // directory, then page blocks: word, low, high

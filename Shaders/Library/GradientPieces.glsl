@@ -3,25 +3,11 @@
 // Opacity by gradient over a piece of a ray: of each half of it the extinction alone is known
 // exactly in the mean; what the two make together is taken from the ends of the piece and its
 // middle. Where they may do something else in between, it is an error of the mean.
-#if TERAVOX_GRADIENT_OPACITY && !TERAVOX_NEAREST && !TERAVOX_FIXED_STEP
+#if !TERAVOX_NEAREST && !TERAVOX_FIXED_STEP
+#if TERAVOX_GRADIENT_OPACITY || TERAVOX_PLANE
 
-// Shares of what is seen that are taken as the error of a mean: of the difference between Simpson's
-// rule and the trapezoidal one; of the deviation of the opacity between two places from what the
-// slopes at them say; of what it may do at magnitudes that no place has seen; of extinction of
-// which it isn't known where in half a piece it is, and that the opacity changes there.
-const float PRODUCT_RULE_WEIGHT = 0.25;
-const float PRODUCT_KINK_WEIGHT = 0.25;
-const float PRODUCT_UNSEEN_WEIGHT = 0.25;
-const float PRODUCT_PLACE_WEIGHT = 0.5;
 // Of the optical depth: through a dense piece light comes where gradients leave nothing.
 const float DENSE_WEIGHT = 2.0;
-
-float GradientMoved(float x)
-{
-  float fraction;
-  vec4 node = GradientNode(x, fraction);
-  return node.y + fraction * (node.w - node.y);
-}
 
 // The least magnitude on the line between two gradients.
 float LeastBetween(vec3 a, vec3 b)
@@ -40,6 +26,41 @@ float GradientBend(Gradient g, vec3 perVoxel, float from, float to)
   vec3 third = vec3(g.x.w, g.y.w, g.z.w) * scale * 3.0;
   float size = to - from;
   return max(length(second + third * from), length(second + third * to)) * (0.0625 * size * size);
+}
+
+// Where in a piece of this depth light is gathered isn't known better than to this share of it, if
+// the opacity may change by a share of `varied`: a dense one begins where gradients leave something.
+float FrontError(float depth, float varied)
+{
+  float thick = min(depth * (1.0 / OPAQUE_DEPTH), 1.0);
+  return varied * thick * thick;
+}
+
+// How far off the opacity of a piece may be, whose optical depth may be so by `change`.
+float LostOpacity(float depth, float opacity, float change)
+{
+  float off = change * (1.0 + DENSE_WEIGHT * min(depth * (1.0 / OPAQUE_DEPTH), 1.0));
+  float less = opacity - OpacityOf(max(depth - off, 0.0));
+  return max(less, min(change, 1.0) * (1.0 - opacity));
+}
+#endif
+
+#if TERAVOX_GRADIENT_OPACITY
+
+// Shares of what is seen that are taken as the error of a mean: of the difference between Simpson's
+// rule and the trapezoidal one; of the deviation of the opacity between two places from what the
+// slopes at them say; of what it may do at magnitudes that no place has seen; of extinction of
+// which it isn't known where in half a piece it is, and that the opacity changes there.
+const float PRODUCT_RULE_WEIGHT = 0.25;
+const float PRODUCT_KINK_WEIGHT = 0.25;
+const float PRODUCT_UNSEEN_WEIGHT = 0.25;
+const float PRODUCT_PLACE_WEIGHT = 0.5;
+
+float GradientMoved(float x)
+{
+  float fraction;
+  vec4 node = GradientNode(x, fraction);
+  return node.y + fraction * (node.w - node.y);
 }
 
 // Of half a piece, from its outer end to its inner one: x: the extinction's exact mean less that of
@@ -90,20 +111,5 @@ float Attenuate(vec2 first, vec2 last, vec3 s, float uneven, SampledGradient a, 
   float most = largest + unseen;
   return (most - least) / max(most, 1.0e-30);
 }
-
-// Where in a piece of this depth light is gathered isn't known better than to this share of it, if
-// the opacity may change by a share of `varied`: a dense one begins where gradients leave something.
-float FrontError(float depth, float varied)
-{
-  float thick = min(depth * (1.0 / OPAQUE_DEPTH), 1.0);
-  return varied * thick * thick;
-}
-
-// How far off the opacity of a piece may be, whose optical depth may be so by `change`.
-float LostOpacity(float depth, float opacity, float change)
-{
-  float off = change * (1.0 + DENSE_WEIGHT * min(depth * (1.0 / OPAQUE_DEPTH), 1.0));
-  float less = opacity - OpacityOf(max(depth - off, 0.0));
-  return max(less, min(change, 1.0) * (1.0 - opacity));
-}
+#endif
 #endif

@@ -19,7 +19,7 @@ Sample SampleAt(BrickView view, float t)
   return s;
 }
 
-#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY || TERAVOX_PLANE
 // In data per voxel of level 0.
 vec3 GradientAt(BrickView view, int level, float t)
 {
@@ -66,13 +66,28 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
       mean = max(0.5 * (sA + sB) + unseen * (0.5 * (before + behind)), 0.0);
     }
 #endif
+    vec3 colorA = TransferColor(a.x);
+    vec3 colorB = TransferColor(b.x);
+#if TERAVOX_PLANE
+    if (mean > 0.0)
+    {
+      COUNT(gradients, true);
+      PlaneSample before = SamplePlane(a.x, RowOf(GradientAt(view, level, t) * u_gradient.xyz));
+      PlaneSample behind = SamplePlane(b.x, RowOf(GradientAt(view, level, next) * u_gradient.xyz));
+      sA = before.s;
+      sB = behind.s;
+      mean = 0.5 * (sA + sB);
+      colorA = before.color;
+      colorB = behind.color;
+    }
+#endif
     precise float depth = mean * ((next - t) * ray.world);
 #if TERAVOX_FLOAT_DATA
     depth = a.s < 0.0 || b.s < 0.0 ? 0.0 : depth;
 #endif
     float opacity = OpacityOf(depth);
     float gathered = CentroidOf(sA, sB, depth);
-    vec3 color = mix(TransferColor(a.x), TransferColor(b.x), gathered);
+    vec3 color = mix(colorA, colorB, gathered);
 #if TERAVOX_SHADE
     if (depth > 0.0)
     {

@@ -23,12 +23,17 @@ void TakeVoxel(
   depth = mask != 0 ? depth : 0.0;
 #endif
   vec3 color = TransferColor(node);
-#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY || TERAVOX_PLANE
   if (depth > 0.0)
   {
     vec3 difference = CentralDifference(view, voxel) / vec3(u_levelFactor[level].xyz);
 #if TERAVOX_GRADIENT_OPACITY
     depth *= SampleGradient(difference).opacity;
+#endif
+#if TERAVOX_PLANE
+    PlaneSample there = SamplePlane(node, RowOf(difference * u_gradient.xyz));
+    depth = there.s * ((t1 - t0) * ray.world);
+    color = there.color;
 #endif
 #if TERAVOX_SHADE
     color = LitColor(color, Shade(difference, state.light, mix(t0, t1, 0.5)));

@@ -38,6 +38,8 @@ bool IsLineEmpty(CellLine line)
   return u_switches.x != 0u && IsEmptyBetween(min(Minimum(ends), line.cubic.x), max(Maximum(ends), line.cubic.x));
 }
 
+#include "Library/PlanePieces.glsl"
+#if !TERAVOX_PLANE
 void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWalk walk,
   VisitedCell visited, CellLine line)
 {
@@ -191,6 +193,7 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
   }
   COUNT(contributing, state.transmittance < before);
 }
+#endif
 
 void IntegrateCell(
   inout State state, Ray ray, BrickView view, int level, CellWalk walk, VisitedCell visited)

@@ -91,10 +91,16 @@ void IntegrateConstant(inout State state, Ray ray, vec2 value, float t0, float t
   float position = TransferPosition(value.x, value.y);
   Sample s = SampleTransfer(position);
   precise float depth = s.s * (max(t1 - t0, 0.0) * ray.world);
+#if TERAVOX_PLANE
+  PlaneSample there = SamplePlane(position, 0.0);
+  depth = there.s * (max(t1 - t0, 0.0) * ray.world);
+  vec3 color = there.color;
+#else
 #if TERAVOX_GRADIENT_OPACITY
   depth *= SampleGradient(vec3(0.0)).opacity;
 #endif
   vec3 color = TransferColor(position);
+#endif
 #if TERAVOX_SHADE
   color = LitColor(color, Shade(vec3(0.0), state.light, t0));
 #endif

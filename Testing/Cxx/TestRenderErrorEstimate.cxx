@@ -28,8 +28,9 @@ namespace
 
 constexpr int Edge = 12; // of a picture
 constexpr int BrickEdge = 8;
-constexpr int Batches = 6;
+constexpr int Batches = 7;
 constexpr int BatchesWithoutGradientOpacity = 4;
+constexpr int BatchesWithoutImage = 6;
 constexpr int ScenesPerBatch = 250;
 
 std::vector<float> EstimateOf(Stage& stage)
@@ -154,6 +155,45 @@ public:
     stage.Property->SetGradientOpacity(function);
   }
 
+  /// A 2-D transfer function: islands, or nodes that have nothing to do with each other.
+  void SetTransferImage(Stage& stage)
+  {
+    const double highest = this->Chance(0.3) ? 1 : this->Chance(0.5) ? 0.3 : 0.03;
+    const bool smooth = this->Chance(0.7);
+    struct Island
+    {
+      double Value;
+      double Gradient;
+      double Wide;
+      double Tall;
+      double Opacity;
+    };
+    std::vector<Island> islands(static_cast<std::size_t>(this->Whole(1, 5)));
+    for (Island& island : islands)
+    {
+      // Gradients are seldom near the largest ones that count.
+      island = { this->Number(0, 1), std::pow(this->Number(0, 1), 2), this->Number(0.02, 0.5),
+        this->Number(0.02, 0.5), this->Number(0, highest) };
+    }
+    stage.SetTransferImage(this->Whole(1, smooth ? 150 : 20), this->Whole(1, smooth ? 80 : 12),
+      [&](double value, double gradient) -> std::array<double, 4>
+      {
+        double opacity = 0;
+        for (const Island& i : islands)
+        {
+          const double off =
+            std::hypot((value - i.Value) / i.Wide, (gradient - i.Gradient) / i.Tall);
+          opacity = std::max(opacity, i.Opacity * std::min(1.0, 3 - 3 * off));
+        }
+        if (smooth)
+        {
+          return { value, gradient, 1 - value, opacity };
+        }
+        return { this->Number(0, 1), this->Number(0, 1), this->Number(0, 1),
+          this->Chance(0.5) ? 0 : this->Number(0, highest) };
+      });
+  }
+
   void SetCamera(Stage& stage)
   {
     stage.Renderer->GetActiveCamera()->ParallelProjectionOff();
@@ -245,7 +285,7 @@ struct Tally
   }
 };
 
-void DrawScene(unsigned seed, bool gradientOpacity, Stage& stage, Tally& tally)
+void DrawScene(unsigned seed, bool gradientOpacity, bool transferImage, Stage& stage, Tally& tally)
 {
   RandomScene scene(seed);
   const auto image = scene.MakeVolume();
@@ -254,6 +294,10 @@ void DrawScene(unsigned seed, bool gradientOpacity, Stage& stage, Tally& tally)
   if (gradientOpacity)
   {
     scene.SetGradientOpacity(stage);
+  }
+  if (transferImage)
+  {
+    scene.SetTransferImage(stage);
   }
   scene.SetCamera(stage);
   const std::array<double, 4> tolerances{ 0.25, 1, 4, 16 };
@@ -294,7 +338,8 @@ TEST_P(ErrorEstimate, HoldsOnRandomScenes)
   for (int i = 0; i < ScenesPerBatch && !HasFatalFailure(); i += step)
   {
     DrawScene(static_cast<unsigned>(GetParam() * ScenesPerBatch + i),
-      GetParam() >= BatchesWithoutGradientOpacity, stage, tally);
+      GetParam() >= BatchesWithoutGradientOpacity && GetParam() < BatchesWithoutImage,
+      GetParam() >= BatchesWithoutImage, stage, tally);
   }
   std::printf("  %zu pixels, %zu (%.3f %%) below the error, short by %.3f tolerances at most (%s); "
               "median of estimate / error %.2f over %zu pixels that err; %zu incomplete pictures\n",

@@ -12,6 +12,7 @@
 #include "PageTable.h"
 #include "Residency.h"
 #include "SharedLayout.h"
+#include "TransferPlane.h"
 
 #include <algorithm>
 #include <atomic>
@@ -136,6 +137,7 @@ struct PictureMaker::Parts
   AtlasPlan Plan;
   TransferTable Transfer;
   GradientTable OpacityOfGradient;
+  TransferPlane Plane;
   std::vector<TransferTable> OfLabels;
   std::vector<NativeScene::LabelTable> LabelTables;
   std::uint32_t TableVersion = 1;
@@ -215,6 +217,7 @@ Status PictureMaker::Parts::Prepare()
     this->Transfer =
       BuildTransferTable(this->Scene.Function, info.Range, !IsFloat(info.Type), 1e-3);
   }
+  this->Plane = BuildTransferPlane(this->Scene.Function, this->Transfer.LargestExtinction);
   this->Marcher = MarcherOf(this->Means.Baseline);
   this->View.Resize(camera.Width, camera.Height);
   this->FillParameters();
@@ -231,6 +234,11 @@ void PictureMaker::Parts::FillParameters()
     0 };
   p.Transfer = TransferParameters(this->Transfer);
   p.Gradient = GradientParameters(this->Scene.Function, this->Scene.Camera.DatasetFromVoxel, 0);
+  if (!this->Plane.IsNone())
+  {
+    SetPlaneParameters(
+      p, this->Plane, this->Scene.Function, this->Transfer, this->Scene.Camera.DatasetFromVoxel, 0);
+  }
   p.Step = StepParameters(this->Scene.SampleDistance, this->Scene.Tolerance, 1);
   p.Switches[0] = this->Means.Skip ? 1u : 0u;
   p.Limits[0] = this->Means.StepsPerPass;
@@ -248,6 +256,7 @@ NativeScene PictureMaker::Parts::MakeScene()
   s.Planes = this->Geometry.Planes.empty() ? nullptr : this->Geometry.Planes.front().data();
   SetTables(s, this->Transfer, this->TableVersion);
   SetGradientTable(s, this->OpacityOfGradient);
+  SetPlane(s, this->Plane);
   s.LabelTables = this->LabelTables.empty() ? nullptr : this->LabelTables.data();
   SetAtlas(s, *this->Atlas, *this->Table, this->Format);
   SetView(s, this->View, this->Scene.Camera.Width, this->Scene.Camera.Height);
@@ -400,8 +409,8 @@ Picture PictureMaker::DrawWithThreads(int threads)
   NativeScene scene = this->Own->MakeScene();
   scene.UsedSlots = slots.data();
   scene.UsedBlocks = blocks.data();
-  const NativeKernel kernel =
-    KernelOf(this->Own->Means.Baseline, !this->Own->OpacityOfGradient.IsOne());
+  const NativeKernel kernel = KernelOf(
+    this->Own->Means.Baseline, !this->Own->OpacityOfGradient.IsOne() || !this->Own->Plane.IsNone());
   std::atomic<std::size_t> next{ 0 };
   std::atomic<bool> missed{ false };
   const auto work = [&]
@@ -584,6 +593,25 @@ TransferFunction WithGradientOpacity(TransferFunction function, double low, doub
   { return std::clamp((magnitude - low) / (high - low), 0.0, 1.0); };
   function.LastGradient = high;
   return function;
+}
+
+TransferFunction MakePlane(int columns, int rows, const ValueRange& values, double lastGradient,
+  const std::function<std::array<float, 4>(double, double)>& node, double unitDistance)
+{
+  TransferImage image;
+  image.Columns = columns;
+  image.Rows = rows;
+  image.Values = values;
+  image.LastGradient = lastGradient;
+  for (int row = 0; row < rows; ++row)
+  {
+    for (int column = 0; column < columns; ++column)
+    {
+      image.Nodes.push_back(node(static_cast<double>(column) / std::max(columns - 1, 1),
+        static_cast<double>(row) / std::max(rows - 1, 1)));
+    }
+  }
+  return MakeImageFunction(std::move(image), unitDistance);
 }
 
 TransferFunction MakeFunction(

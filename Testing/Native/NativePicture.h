@@ -6,7 +6,9 @@
 #include "TransferTable.h"
 #include "ViewGeometry.h"
 
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -105,6 +107,11 @@ ViewInput MakeCamera(const VolumeInfo& info, int width, int height, const Matrix
 /// Gradients below `low` (data values per mean distance of voxels) are left nothing, those above
 /// `high` all.
 TransferFunction WithGradientOpacity(TransferFunction function, double low, double high);
+
+/// Nodes of opacity and colour over `values` and magnitudes up to `lastGradient`, by a function of
+/// places in 0..1 per axis.
+TransferFunction MakePlane(int columns, int rows, const ValueRange& values, double lastGradient,
+  const std::function<std::array<float, 4>(double, double)>& node, double unitDistance = 1);
 
 /// Opacity between values, linear between knots; colours run from blue over green to red.
 TransferFunction MakeFunction(

@@ -31,7 +31,28 @@ struct Volume
     }
     return MakeFunction(std::move(shares), std::move(opacities));
   }
+  /// Opacity and colour over the range from Low to High, and gradients up to a quarter of it.
+  TransferFunction Plane(
+    int columns, int rows, const std::function<std::array<float, 4>(double, double)>& node) const
+  {
+    return MakePlane(
+      columns, rows, { this->Low, this->High }, 0.25 * (this->High - this->Low), node);
+  }
 };
+
+/// A node of such a function: fog of the upper half of the values where gradients are small, two
+/// islands, a wall where they are large, and nothing in between.
+inline std::array<float, 4> Islands(double value, double gradient)
+{
+  const auto island = [&](double v, double g, double wide, double tall)
+  { return std::max(0.0, 1 - std::hypot((value - v) / wide, (gradient - g) / tall)); };
+  const double fog = value > 0.6 && gradient < 0.15 ? 0.03 : 0;
+  const double wall = value > 0.75 && value < 0.85 && gradient > 0.5 ? 1 : 0;
+  const double opacity =
+    std::max({ fog, wall, 0.4 * island(0.45, 0.2, 0.1, 0.25), 0.3 * island(0.62, 0.6, 0.15, 0.3) });
+  return { static_cast<float>(value), static_cast<float>(gradient), static_cast<float>(1 - value),
+    static_cast<float>(opacity) };
+}
 
 /// A field over voxel indices: about 0...1, or without a value (NaN), or infinite.
 using VoxelField = std::function<double(const Int3&)>;

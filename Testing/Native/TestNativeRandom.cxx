@@ -131,6 +131,20 @@ TEST(NativeRandom, AnySceneConvergesToOnePicture)
       scene.Function = WithGradientOpacity(std::move(scene.Function), low * range,
         (std::max(low, 0.0) + (more.OneIn(4) ? 1e-4 : more.Real(0.01, 0.3))) * range);
     }
+    Dice yetMore(seed + 200000);
+    if (yetMore.OneIn(4))
+    {
+      // Opacity and colour over value and gradient: a node in three has some.
+      scene.Function = volume.Plane(yetMore.Whole(1, 30), yetMore.Whole(1, 20),
+        [&](double value, double gradient) -> std::array<float, 4>
+        {
+          const double opacity = yetMore.OneIn(30) ? 1
+            : yetMore.OneIn(3)                     ? yetMore.Real(0, 0.3)
+                                                   : 0;
+          return { static_cast<float>(value), static_cast<float>(gradient), 0.5f,
+            static_cast<float>(opacity) };
+        });
+    }
     const std::string what = "scene " + std::to_string(seed);
 
     const Picture whole = Draw(scene);

@@ -25,10 +25,15 @@ enum class Way
   FixedShaded,
   Gradient, // opacity by gradient
   GradientShaded,
-  GradientNearest
+  GradientNearest,
+  Plane, // opacity and colour over value and gradient
+  PlaneShaded,
+  PlaneNearest,
+  PlaneFixed
 };
-constexpr std::array<Way, 9> AllWays = { Way::Linear, Way::Shaded, Way::Nearest, Way::NearestShaded,
-  Way::Fixed, Way::FixedShaded, Way::Gradient, Way::GradientShaded, Way::GradientNearest };
+constexpr std::array<Way, 13> AllWays = { Way::Linear, Way::Shaded, Way::Nearest,
+  Way::NearestShaded, Way::Fixed, Way::FixedShaded, Way::Gradient, Way::GradientShaded,
+  Way::GradientNearest, Way::Plane, Way::PlaneShaded, Way::PlaneNearest, Way::PlaneFixed };
 
 // One per path through the kernel: bytes, words, floats with holes, a slot table.
 constexpr std::array<ScalarType, 4> Types = { ScalarType::UInt8, ScalarType::UInt16,
@@ -48,19 +53,25 @@ PictureScene MakeScene(ScalarType type, Way way)
     const double range = volume.High - volume.Low;
     scene.Function = WithGradientOpacity(std::move(scene.Function), 0.01 * range, 0.12 * range);
   }
+  if (way >= Way::Plane)
+  {
+    scene.Function = volume.Plane(23, 17, Islands);
+  }
   scene.Camera = Outside(scene.Source->Info(), Effort(44, 34), Effort(36, 33));
   scene.Shade = way == Way::Shaded || way == Way::NearestShaded || way == Way::FixedShaded ||
-    way == Way::GradientShaded;
-  scene.Nearest = way == Way::Nearest || way == Way::NearestShaded || way == Way::GradientNearest;
-  scene.Tolerance = way == Way::Fixed || way == Way::FixedShaded ? 0 : 1.0 / 255;
+    way == Way::GradientShaded || way == Way::PlaneShaded;
+  scene.Nearest = way == Way::Nearest || way == Way::NearestShaded || way == Way::GradientNearest ||
+    way == Way::PlaneNearest;
+  const bool fixed = way == Way::Fixed || way == Way::FixedShaded || way == Way::PlaneFixed;
+  scene.Tolerance = fixed ? 0 : 1.0 / 255;
   return scene;
 }
 
 std::string Name(ScalarType type, Way way)
 {
-  constexpr std::array<const char*, 9> names{ "linear", "shaded", "nearest", "nearest, shaded",
+  constexpr std::array<const char*, 13> names{ "linear", "shaded", "nearest", "nearest, shaded",
     "fixed step", "fixed step, shaded", "gradient opacity", "gradient opacity, shaded",
-    "gradient opacity, nearest" };
+    "gradient opacity, nearest", "plane", "plane, shaded", "plane, nearest", "plane, fixed step" };
   return std::string(ToString(type)) + ", " + names[static_cast<std::size_t>(way)];
 }
 

@@ -239,6 +239,10 @@ def call(scene, name, setter):
     arguments = ARGUMENTS.get(setter)
     if setter == "SetAllocatedRenderTime":
         method(5.0, scene.renderer)
+    elif setter == "SetTransferFunctionMode":
+        scene.property.SetTransferFunction2D(functions_2d())
+        scene.property.SetTransferFunctionMode(vtk.vtkVolumeProperty.TF_1D)
+        method(*arguments)
     elif setter == "SetBlendModeToSlice":
         scene.property.SetSliceFunction(plane())
         method()
@@ -283,7 +287,6 @@ def main(table, source):
             problems.append(f"{setter}: {scene.errors}")
         if status == "warned":
             word = re.sub("To(Binary|UnsignedChar|UnsignedShort)$", "", setter[3:])
-            word = {"TransferFunction2D": "TransferFunctionMode"}.get(word, word)
             naming = [w for w in scene.warnings if word in w]
             others = [w for w in scene.warnings if word not in w]
             if len(naming) != 1 or others:

@@ -199,7 +199,12 @@ TEST(ShaderLibrary, VariantsHoldOnlyWhatTheyNeed)
     }
     for (const char* word : { "struct Gradient", "GradientAlong(", "CentralDifference(" })
     {
-      EXPECT_EQ(Has(text, word), variant.Shade || variant.GradientOpacity) << word << ", " << name;
+      EXPECT_EQ(Has(text, word), variant.Shade || variant.GradientOpacity || variant.Plane)
+        << word << ", " << name;
+    }
+    for (const char* word : { "PlaneSample", "u_planeTable" })
+    {
+      EXPECT_EQ(Has(text, word), variant.Plane) << word << ", " << name;
     }
     for (const char* word : { "SampledGradient", "u_gradientTable" })
     {

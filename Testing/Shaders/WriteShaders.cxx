@@ -65,9 +65,10 @@ int main(int argc, char* argv[])
       {
         // Of the many with several components, opacity by gradient, or a mask and more, those with
         // up to three features at a time.
-        constexpr std::size_t features = 17;
+        constexpr std::size_t features = 18;
         const bool isMore = variant.Labels || variant.Blend != teravox::BlendKind::Composite;
-        if ((variant.Components > 1 || variant.GradientOpacity || (variant.Masked && isMore)) &&
+        if ((variant.Components > 1 || variant.GradientOpacity || variant.Plane ||
+              (variant.Masked && isMore)) &&
           std::bitset<features>(variant.Key()).count() > 3)
         {
           continue;

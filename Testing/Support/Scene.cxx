@@ -252,6 +252,33 @@ void Stage::SetGradientOpacity(const std::vector<std::array<double, 2>>& nodes)
   this->Property->SetGradientOpacity(nodes.empty() ? nullptr : function.Get());
 }
 
+void Stage::SetTransferImage(
+  int columns, int rows, const std::function<std::array<double, 4>(double, double)>& node)
+{
+  if (columns == 0)
+  {
+    this->Property->SetTransferFunctionMode(vtkVolumeProperty::TF_1D);
+    return;
+  }
+  vtkNew<vtkImageData> image;
+  image->SetDimensions(columns, rows, 1);
+  image->AllocateScalars(VTK_FLOAT, 4);
+  for (int y = 0; y < rows; ++y)
+  {
+    for (int x = 0; x < columns; ++x)
+    {
+      const std::array<double, 4> rgba = node(static_cast<double>(x) / std::max(columns - 1, 1),
+        static_cast<double>(y) / std::max(rows - 1, 1));
+      for (int c = 0; c < 4; ++c)
+      {
+        image->SetScalarComponentFromDouble(x, y, 0, c, rgba[static_cast<std::size_t>(c)]);
+      }
+    }
+  }
+  this->Property->SetTransferFunction2D(image);
+  this->Property->SetTransferFunctionMode(vtkVolumeProperty::TF_2D);
+}
+
 void Stage::Look(const std::array<double, 3>& direction, double distance, bool parallel)
 {
   double b[6];
@@ -395,6 +422,19 @@ std::unique_ptr<TruthGradientOpacity> GradientOpacityOf(
     { return function->GetValue(std::min(m, last)); },
     std::move(bends), info.Spacing);
 }
+
+std::unique_ptr<TruthImage> ImageOf(vtkVolumeProperty* property, const VolumeInfo& info)
+{
+  vtkImageData* image = property->GetTransferFunction2D();
+  std::vector<TruthImage::Node> nodes;
+  for (vtkIdType i = 0; i < image->GetNumberOfPoints(); ++i)
+  {
+    image->GetPointData()->GetScalars()->GetTuple(i, nodes.emplace_back().data());
+  }
+  return std::make_unique<TruthImage>(image->GetDimensions()[0], std::move(nodes), info.Range.Min,
+    info.Range.Max, 0.25 * (info.Range.Max - info.Range.Min),
+    property->GetScalarOpacityUnitDistance(), info.Spacing);
+}
 } // namespace
 
 StageTruth::StageTruth(
@@ -478,6 +518,11 @@ void StageTruth::Build(Stage& stage, const VolumeInfo& info, std::vector<TruthLe
   {
     this->GradientOpacity = GradientOpacityOf(stage.Property->GetGradientOpacity(component), info);
     this->Scene_->GradientOpacity = this->GradientOpacity.get();
+  }
+  if (stage.Property->GetTransferFunctionMode() == vtkVolumeProperty::TF_2D)
+  {
+    this->Image = ImageOf(stage.Property, info);
+    this->Scene_->Image = this->Image.get();
   }
   if (vtkPlaneCollection* planes = stage.Mapper->GetClippingPlanes())
   {

@@ -72,6 +72,10 @@ public:
   void SetShade(bool shade);
   /// Opacity over the magnitude of gradients: magnitude, opacity; empty: none.
   void SetGradientOpacity(const std::vector<std::array<double, 2>>& nodes);
+  /// Opacity and colour over value and gradient: nodes as red, green, blue, opacity, by a function
+  /// of places in 0...1 per axis. No columns: no such function.
+  void SetTransferImage(int columns, int rows,
+    const std::function<std::array<double, 4>(double, double)>& node = nullptr);
   /// From outside along a direction; the bounds fill about 1/distance of the picture. Sets the
   /// clipping range so that nothing is cut away.
   void Look(const std::array<double, 3>& direction, double distance = 1.0, bool parallel = false);
@@ -172,6 +176,7 @@ private:
   std::unique_ptr<TruthCamera> Camera;
   std::unique_ptr<TruthShading> Shading;
   std::unique_ptr<TruthGradientOpacity> GradientOpacity;
+  std::unique_ptr<TruthImage> Image;
   std::map<std::int64_t, TruthLabel> Labels;
   std::unique_ptr<TruthScene> Scene_;
   int Width;

@@ -124,14 +124,31 @@ std::vector<double> TruthGradientOpacity::Bends(
   {
     return {};
   }
-  // The square root bends sharply where the square is small.
+  // The square root bends sharply where the square is small. Between two places where the square is
+  // stationary it passes a knot once.
   std::vector<double> bends = PolynomialRoots(Derivative(square), 0, 1);
-  for (const double knot : this->Knots)
+  std::vector<double> ends = bends;
+  ends.insert(ends.begin(), 0);
+  ends.push_back(1);
+  for (std::size_t i = 0; i + 1 < ends.size(); ++i)
   {
-    std::vector<double> above = square;
-    above[0] -= knot * knot;
-    const std::vector<double> roots = PolynomialRoots(above, 0, 1);
-    bends.insert(bends.end(), roots.begin(), roots.end());
+    const double first = Evaluate(square, ends[i]);
+    const double last = Evaluate(square, ends[i + 1]);
+    for (const double knot : this->Knots)
+    {
+      const double wanted = knot * knot;
+      if (!((first < wanted) != (last < wanted)))
+      {
+        continue;
+      }
+      double a = ends[i];
+      double b = ends[i + 1];
+      for (double middle = 0.5 * (a + b); middle > a && middle < b; middle = 0.5 * (a + b))
+      {
+        ((Evaluate(square, middle) < wanted) == (first < wanted) ? a : b) = middle;
+      }
+      bends.push_back(b);
+    }
   }
   std::sort(bends.begin(), bends.end());
   return bends;

@@ -65,8 +65,8 @@ public:
   RayIntegrator(const TruthScene& scene, const TruthRay& ray)
     : Scene(scene)
     , Volume(scene.Volume)
-    , Transfer(&scene.Transfer)
-    , OpacityByGradient(scene.GradientOpacity)
+    , Transfer(scene.Image ? &scene.Image->Envelope() : &scene.Transfer)
+    , OpacityByGradient(scene.Image ? nullptr : scene.GradientOpacity)
     , PieceTolerance(1e-3 * scene.Tolerance)
   {
     this->Start = TransformPoint(this->Volume.VoxelFromWorld(), ray.Origin);
@@ -300,10 +300,32 @@ private:
       !named ? this->Scene.GradientOpacity : label->second.GradientOpacity.get();
   }
 
-  /// `difference` isn't used where there is no shading. `t`: where it is.
+  /// Of a value where the gradient is that of a central difference.
+  double Alpha(double value, const Double3& difference) const
+  {
+    return this->Scene.Image ? this->Scene.Image->At(value, this->Magnitude(difference))[3]
+                             : this->Transfer->GetAlpha(value);
+  }
+
+  double Magnitude(const Double3& difference) const
+  {
+    return this->Scene.Image->Rows().Magnitude(difference, this->Factor);
+  }
+
+  Double3 PlainColor(double value, const Double3& difference) const
+  {
+    if (!this->Scene.Image)
+    {
+      return this->Transfer->GetColor(value);
+    }
+    const std::array<double, 4> rgba = this->Scene.Image->At(value, this->Magnitude(difference));
+    return { rgba[0], rgba[1], rgba[2] };
+  }
+
+  /// `difference` isn't used where there is no shading, nor an image. `t`: where it is.
   Double3 Color(double value, const Double3& difference, double t) const
   {
-    const Double3 color = this->Transfer->GetColor(value);
+    const Double3 color = this->PlainColor(value, difference);
     if (!this->Scene.Shading)
     {
       return color;
@@ -313,7 +335,10 @@ private:
     return this->Scene.Shading->Shade(place, this->Volume, this->Level, difference, color);
   }
 
-  bool NeedsDifferences() const { return this->Scene.Shading || this->OpacityByGradient; }
+  bool NeedsDifferences() const
+  {
+    return this->Scene.Shading || this->OpacityByGradient || this->Scene.Image;
+  }
 
   /// Factor of the extinction.
   double GradientOpacity(const Double3& difference) const
@@ -340,13 +365,13 @@ private:
   /// Constant colour and opacity on [from, to].
   void UniformPiece(double from, double to, double value)
   {
-    const double alpha = this->Transfer->GetAlpha(value);
+    const double middle = 0.5 * (from + to);
+    const Double3 difference = this->DifferenceAt(middle);
+    const double alpha = this->Alpha(value, difference);
     if (!(alpha > 0))
     {
       return;
     }
-    const double middle = 0.5 * (from + to);
-    const Double3 difference = this->DifferenceAt(middle);
     const double share = this->GradientOpacity(difference);
     if (!(share > 0))
     {
@@ -484,12 +509,12 @@ private:
     }
     const double length = this->LengthScale * (to - from);
     const auto value = [&](double s) { return std::clamp(cubic(s), smallest, largest); };
-    const bool wall = this->Transfer->GetAlpha(value(0.5 * (lower + upper))) >= 1;
+    const auto alpha = [&](double s) { return this->Alpha(value(s), this->Difference(s)); };
     const auto medium = [&](double s)
     {
       TruthMedium result;
       const double v = value(s);
-      result.Sigma = length * this->Transfer->Extinction(this->Transfer->GetAlpha(v));
+      result.Sigma = length * this->Transfer->Extinction(alpha(s));
       if (this->OpacityByGradient && result.Sigma > 0)
       {
         result.Sigma *= this->GradientOpacity(this->Difference(s));
@@ -502,7 +527,8 @@ private:
     };
     for (const double cut : this->Kinks(lower, upper))
     {
-      if (wall && this->GradientOpacity(this->Difference(0.5 * (lower + cut))) > 0)
+      const double middle = 0.5 * (lower + cut);
+      if (alpha(middle) >= 1 && this->GradientOpacity(this->Difference(middle)) > 0)
       {
         // Just behind the beginning: at it, a jump of the colour belongs to either side.
         const double s = lower + 1e-12 * (cut - lower);
@@ -535,6 +561,10 @@ private:
     if (this->OpacityByGradient)
     {
       this->OpacityBends = this->OpacityByGradient->Bends(this->Differences, this->Factor);
+    }
+    else if (this->Scene.Image)
+    {
+      this->OpacityBends = this->Scene.Image->Rows().Bends(this->Differences, this->Factor);
     }
   }
 

@@ -4,6 +4,7 @@
 
 #include "TruthCamera.h"
 #include "TruthGradientOpacity.h"
+#include "TruthImage.h"
 #include "TruthLevelOfDetail.h"
 #include "TruthShading.h"
 #include "TruthTransfer.h"
@@ -61,6 +62,8 @@ struct TruthScene
   std::vector<TruthPlane> Planes{};
   std::optional<TruthCrop> Crop{};
   const TruthGradientOpacity* GradientOpacity = nullptr; ///< null: 1 everywhere
+  /// Instead of Transfer and GradientOpacity; not with labels. Null: none.
+  const TruthImage* Image = nullptr;
   /// Nothing is drawn where this isn't above 0: a volume with nearest interpolation and the levels
   /// of `Volume`. Null: no mask.
   const TruthVolume* Mask = nullptr;

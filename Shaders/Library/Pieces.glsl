@@ -69,7 +69,8 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
 #if TERAVOX_COUNT
   float before = state.transmittance;
 #endif
-  for (int i = 0; i < 512; ++i)
+  // Pieces of 1/512, and tries that failed before them.
+  for (int i = 0; i < 2048; ++i)
   {
     if (u >= 1.0 || state.transmittance <= u_step.z)
     {

@@ -5,6 +5,7 @@
 // densely in double precision, and the contracts.
 #include "BesideVTK.h"
 #include "BrickVoxels.h"
+#include "ExpectTruth.h"
 #include "MaskImages.h"
 #include "RayOfTruth.h"
 #include "vtkOutOfCoreVolumeMapper.h"
@@ -390,7 +391,6 @@ TEST_P(BlendOf, SameBits)
       options.Dimensions = { 96, 80, 112 };
       const auto source = SourceOfImage(ImageFor(GetParam(), options), BrickEdge, false);
       std::vector<float> reference;
-      std::uint64_t loaded = 0;
       const auto expect = [&](const std::string& what, const std::function<void(Stage&)>& set)
       {
         Stage stage(32, 32);
@@ -401,22 +401,11 @@ TEST_P(BlendOf, SameBits)
           nearest ? VTK_NEAREST_INTERPOLATION : VTK_LINEAR_INTERPOLATION);
         stage.LookFrom({ 30, -12, 40 }, { 50, 60, 60 }, 0.5, 400, 65);
         set(stage);
-        const std::vector<float> picture = stage.Draw();
-        EXPECT_TRUE(stage.Mapper->IsConverged()) << what;
-        EXPECT_EQ(stage.Mapper->CheckInvariants(), "") << what;
-        if (reference.empty())
-        {
-          reference = picture;
-          loaded = stage.Mapper->GetNumberOfBricksLoaded();
-          EXPECT_GT(*std::max_element(picture.begin(), picture.end()), 0.1f);
-        }
-        EXPECT_TRUE(AreImagesIdentical(picture, reference))
-          << GetParam().Name << ", " << ToString(type) << (nearest ? ", nearest, " : ", linear, ")
-          << what << ": " << CountDifferentBits(picture, reference) << " channels differ, by "
-          << CompareImages(picture, reference).Max << " at most";
-        return stage.Mapper->GetNumberOfBricksLoaded();
+        return ExpectSamePicture(stage, reference,
+          std::string(GetParam().Name) + ", " + ToString(type) +
+            (nearest ? ", nearest, " : ", linear, ") + what);
       };
-      expect("unlimited", [](Stage&) {});
+      const std::uint64_t loaded = expect("unlimited", [](Stage&) {});
       const std::uint64_t few =
         expect("16 slots", [](Stage& s) { s.Mapper->SetMaximumNumberOfSlots(16); });
       EXPECT_LE(static_cast<double>(few), 1.5 * static_cast<double>(loaded) + 2);

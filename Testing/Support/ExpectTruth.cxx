@@ -78,4 +78,37 @@ void ExpectExcess(Stage& stage,
   EXPECT_LE(excess.Max, bounds.Max * tolerance) << name << where(picture, excess);
 }
 
+void ExpectFixedStepsConverge(Stage& stage, BrickSource& source, double share)
+{
+  const StageTruth truth(stage, source);
+  stage.Mapper->SetImageErrorTolerance(0);
+  double errors[2] = { 0, 0 };
+  for (int i = 0; i < 2; ++i)
+  {
+    stage.Mapper->SetSampleDistance(i == 0 ? 0.4f : 0.1f);
+    ImageDifference plain;
+    truth.Excess(stage.Draw(), 1, &plain);
+    errors[i] = plain.Mean;
+  }
+  EXPECT_GT(errors[0], 0);
+  EXPECT_LT(errors[1], share * errors[0]);
+}
+
+std::uint64_t ExpectSamePicture(
+  Stage& stage, std::vector<float>& reference, const std::string& name)
+{
+  const std::vector<float> picture = stage.Draw();
+  EXPECT_TRUE(stage.Mapper->IsConverged()) << name;
+  EXPECT_EQ(stage.Mapper->CheckInvariants(), "") << name;
+  if (reference.empty())
+  {
+    reference = picture;
+    EXPECT_GT(*std::max_element(picture.begin(), picture.end()), 0.1f) << name;
+  }
+  EXPECT_TRUE(AreImagesIdentical(picture, reference))
+    << name << ": " << CountDifferentBits(picture, reference) << " channels differ, by "
+    << CompareImages(picture, reference).Max << " at most";
+  return stage.Mapper->GetNumberOfBricksLoaded();
+}
+
 } // namespace teravox::test

@@ -4,6 +4,7 @@
 
 #include "Scene.h"
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -35,5 +36,15 @@ void ExpectExcess(Stage& stage,
   const std::function<std::string(
     const std::vector<float>& picture, const ImageDifference& excess)>& where,
   const std::string& name, const Bounds& bounds = {});
+
+/// Draws with steps of 0.4 and of 0.1 units of the world, and fails where the mean error of the
+/// short ones isn't below `share` of that of the long ones.
+void ExpectFixedStepsConverge(Stage& stage, BrickSource& source, double share);
+
+/// Draws, and fails where the picture isn't converged, counters contradict each other, or a bit of
+/// it differs from `reference`, which becomes the picture where it is empty. Returns the bricks
+/// loaded.
+std::uint64_t ExpectSamePicture(
+  Stage& stage, std::vector<float>& reference, const std::string& name);
 
 } // namespace teravox::test

@@ -131,48 +131,40 @@ void RayMarcher::UploadTables(const TransferTable* tables, std::size_t count)
   put(&TransferTable::Occupied, GL_R16UI, this->OccupiedBuffer, this->OccupiedTexture);
 }
 
+namespace
+{
+// Four floats per node for the shaders; what has the same size is written anew in place.
+void UploadNodes(GPUMemory& memory, const std::vector<std::array<float, 4>>& nodes,
+  GLBuffer& buffer, GLTexture& texture)
+{
+  const std::size_t bytes = nodes.size() * sizeof(nodes[0]);
+  if (bytes != 0 && buffer.Size() == bytes)
+  {
+    buffer.Write(0, bytes, nodes.data());
+    return;
+  }
+  texture.Release();
+  buffer.Release();
+  if (bytes != 0)
+  {
+    buffer = GLBuffer(memory, GL_TEXTURE_BUFFER, bytes, nodes.data(), GL_STATIC_DRAW);
+    texture = GLTexture(memory, GL_RGBA32F, buffer);
+  }
+}
+} // namespace
+
 void RayMarcher::SetGradientTable(const GradientTable& table)
 {
   this->Gradient = &table;
-  const std::size_t bytes = table.Values.size() * sizeof(table.Values[0]);
-  if (bytes == 0)
-  {
-    this->GradientTexture.Release();
-    this->GradientBuffer.Release();
-  }
-  else if (this->GradientBuffer.Size() == bytes)
-  {
-    this->GradientBuffer.Write(0, bytes, table.Values.data());
-  }
-  else
-  {
-    this->GradientTexture.Release();
-    this->GradientBuffer.Release();
-    this->GradientBuffer =
-      GLBuffer(this->Memory, GL_TEXTURE_BUFFER, bytes, table.Values.data(), GL_STATIC_DRAW);
-    this->GradientTexture = GLTexture(this->Memory, GL_RGBA32F, this->GradientBuffer);
-  }
+  UploadNodes(this->Memory, table.Values, this->GradientBuffer, this->GradientTexture);
 }
 
 void RayMarcher::SetPlane(const TransferPlane& plane)
 {
   this->Plane = &plane;
-  std::vector<std::array<float, 4>> words = plane.Nodes;
-  words.insert(words.end(), plane.Bounds.begin(), plane.Bounds.end());
-  const std::size_t bytes = words.size() * sizeof(words[0]);
-  if (bytes != 0 && this->PlaneBuffer.Size() == bytes)
-  {
-    this->PlaneBuffer.Write(0, bytes, words.data());
-    return;
-  }
-  this->PlaneTexture.Release();
-  this->PlaneBuffer.Release();
-  if (bytes != 0)
-  {
-    this->PlaneBuffer =
-      GLBuffer(this->Memory, GL_TEXTURE_BUFFER, bytes, words.data(), GL_STATIC_DRAW);
-    this->PlaneTexture = GLTexture(this->Memory, GL_RGBA32F, this->PlaneBuffer);
-  }
+  std::vector<std::array<float, 4>> nodes = plane.Nodes;
+  nodes.insert(nodes.end(), plane.Bounds.begin(), plane.Bounds.end());
+  UploadNodes(this->Memory, nodes, this->PlaneBuffer, this->PlaneTexture);
 }
 
 void RayMarcher::CopyDepth(ViewState& view, GLuint framebuffer, int x, int y)

@@ -67,16 +67,6 @@ void SetImage(Stage& stage, vtkImageData* image)
   stage.SetImage(image);
 }
 
-float LargestDifference(const std::vector<float>& a, const std::vector<float>& b)
-{
-  float largest = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-  {
-    largest = std::max(largest, std::abs(a[i] - b[i]));
-  }
-  return largest;
-}
-
 } // namespace
 
 // 4 values per voxel along x, 2 apart: 2 per world length, of which a mean spacing is 4/3. Where
@@ -108,8 +98,8 @@ TEST(GradientOpacity, OfARampIsAFactorOfTheExtinction)
     stage.Property->SetScalarOpacityUnitDistance(1.5 / 0.4);
     const std::vector<float> thinner = stage.Draw();
     // Whole numbers step unevenly by one in six of a step.
-    EXPECT_LT(LargestDifference(attenuated, thinner), 0.02f) << shade;
-    EXPECT_GT(LargestDifference(attenuated, whole), 0.1f) << shade;
+    EXPECT_LT(CompareImages(attenuated, thinner).Max, 0.02f) << shade;
+    EXPECT_GT(CompareImages(attenuated, whole).Max, 0.1f) << shade;
   }
 }
 
@@ -129,7 +119,7 @@ TEST(GradientOpacity, ReachesAsFarAsVTKs)
   stage.SetGradientOpacity({ { 0, 1 }, { 1000, 0 } });
   const std::vector<float> far = stage.Draw();
   stage.SetGradientOpacity({ { 0, 1 }, { quarter, 1 - quarter / 1000 }, { quarter + 1, 0 } });
-  EXPECT_LT(LargestDifference(stage.Draw(), far), 1e-4f);
+  EXPECT_LT(CompareImages(stage.Draw(), far).Max, 1e-4f);
   // 1 everywhere, or nothing that counts: as if there were none, to the bit.
   stage.SetGradientOpacity({ { 0, 1 }, { 255, 1 } });
   EXPECT_TRUE(AreImagesIdentical(stage.Draw(), plain));
@@ -146,7 +136,7 @@ TEST(GradientOpacity, ReachesAsFarAsVTKs)
   stage.Mapper->SetGradientOpacityRangeType(vtkGPUVolumeRayCastMapper::SCALAR);
   const double stretch = 50 / (range[1] - range[0]);
   stage.SetGradientOpacity({ { 0, 0.2 }, { quarter, 0.2 + 0.8 * quarter * stretch / 50 } });
-  EXPECT_LT(LargestDifference(stage.Draw(), native), 1e-4f);
+  EXPECT_LT(CompareImages(stage.Draw(), native).Max, 1e-4f);
 }
 
 class TruthOfGradients : public testing::TestWithParam<OpacityShape>

@@ -92,16 +92,6 @@ void SetImage(Stage& stage, vtkImageData* image)
   stage.Property->SetScalarOpacityUnitDistance(UnitDistance);
 }
 
-float LargestDifference(const std::vector<float>& a, const std::vector<float>& b)
-{
-  float largest = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-  {
-    largest = std::max(largest, std::abs(a[i] - b[i]));
-  }
-  return largest;
-}
-
 } // namespace
 
 // 2 per world length, of which a mean spacing is 4/3: the one row of this gradient is an ordinary
@@ -142,8 +132,8 @@ TEST(TransferPlane, OfARampIsAFunctionOfTheValue)
     stage.SetTransferImage(0, 0);
     stage.SetTransfer({ { { at(0.25), 0 }, { at(0.5), 0.05 }, { at(0.75), 0 } },
       { { at(0), 0, 0.5, 1 }, { at(1), 1, 0.5, 0 } }, 1.5 });
-    EXPECT_LT(LargestDifference(drawn, stage.Draw()), 4e-3f) << shade;
-    EXPECT_GT(LargestDifference(drawn, plain), 0.1f) << shade;
+    EXPECT_LT(CompareImages(drawn, stage.Draw()).Max, 4e-3f) << shade;
+    EXPECT_GT(CompareImages(drawn, plain).Max, 0.1f) << shade;
     stage.SetTransfer({ { { at(0.25), 0 }, { at(0.5), 0.2 }, { at(0.75), 0 } },
       { { at(0), 0, 0.5, 1 }, { at(1), 1, 0.5, 0 } }, 1.5 });
   }
@@ -350,7 +340,7 @@ TEST(TransferPlane, EditsLoadNothing)
     nodes->SetComponent(i, 3, 2 * nodes->GetComponent(i, 3));
   }
   stage.Property->GetTransferFunction2D()->Modified();
-  EXPECT_GT(LargestDifference(first, stage.Draw()), 0.02f);
+  EXPECT_GT(CompareImages(first, stage.Draw()).Max, 0.02f);
   stage.SetTransferImage(33, 65, thin);
   EXPECT_TRUE(AreImagesIdentical(first, stage.Draw()));
   EXPECT_EQ(stage.Mapper->GetNumberOfBricksLoaded(), loaded);

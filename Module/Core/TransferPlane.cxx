@@ -97,9 +97,10 @@ public:
     const double from = std::clamp(at - reach, 0.0, last);
     const double to = std::clamp(at + reach, 0.0, last);
     double most = std::max(this->At(from), this->At(to));
-    for (double column = std::ceil(from); column <= to; ++column)
+    const auto end = static_cast<std::size_t>(to) + 1;
+    for (auto column = static_cast<std::size_t>(std::ceil(from)); column < end; ++column)
     {
-      most = std::max(most, this->At(column));
+      most = std::max(most, this->Most[column]);
     }
     return most;
   }

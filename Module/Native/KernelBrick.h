@@ -115,7 +115,11 @@ TERAVOX_INLINE void TakeAll(Context& c, State& state, const Segments& s, const P
   if ((costly | turning) != 0)
   {
     evaluated += static_cast<std::uint64_t>(__builtin_popcount(bits));
-    TakeInParts<Shade>(c, state, s, front, turns, bits, turning, costly);
+    const unsigned twice = Bits(turns.Second < 1.0f) & turning;
+    if ((costly | twice) != 0 || !TakeTurning<Shade>(c, state, s, front, turns, bits, turning))
+    {
+      TakeInParts<Shade>(c, state, s, front, turns, bits, turning, costly);
+    }
     return;
   }
   const float end = c.P.Step[2];
@@ -465,6 +469,11 @@ void IntegrateBrick(
       // Most cells of a surface are out of the question by themselves.
       const bool even =
         IsEvenEnough(BoundsOf(c, settled, ray, view, spanStep, RangeOf<T>(view, place.Range)));
+      if (!even && spanStep > firstStep)
+      {
+        spanStep = Max(0.5f * spanStep, firstStep);
+        continue;
+      }
       const Reach reach =
         even ? LookAhead<T>(view, w, at, t, Min(t + spanStep * SpanPieces, t1)) : Reach{ stop, {} };
       if (even && reach.End - t >= ShortestSpan * firstStep)
@@ -493,7 +502,7 @@ void IntegrateBrick(
           spanStep = cost < 0.1f && spanStep < LongestStep * voxel ? 2.0f * spanStep : spanStep;
           continue;
         }
-        spansLeft -= spanStep > firstStep ? 0 : 1;
+        spansLeft -= spanStep > firstStep || cost == Uneven ? 0 : 1;
         spanStep = firstStep;
       }
       spansFrom = spansLeft > 0 ? reach.End : t1;

@@ -462,6 +462,33 @@ __attribute__((noinline)) void TakeInParts(Context& c, State& state, const Segme
   }
 }
 
+// The same where nothing has to be cut but at a turning point: both pieces of all cells at once.
+// Returns false, having added nothing, where the second pieces have to be cut.
+template <bool Shade>
+TERAVOX_INLINE bool TakeTurning(Context& c, State& state, const Segments& s, const Pieces& front,
+  const Turns& turns, unsigned bits, unsigned turning)
+{
+  Pieces second;
+  Evaluate<Shade>(c, s, turns.First, turns.Second, second);
+  c.Steps += 4;
+  if ((Bits(second.Error * state.Transmittance > c.P.Step[3]) & turning) != 0)
+  {
+    return false;
+  }
+  for (; bits != 0 && !IsOver(c, state); bits &= bits - 1)
+  {
+    const int lane = __builtin_ctz(bits);
+    const float before = state.Transmittance;
+    Accumulate(state, front.Color[lane][3], front.Color[lane], front.Error[lane]);
+    if ((turning >> lane & 1u) != 0 && !IsOver(c, state))
+    {
+      Accumulate(state, second.Color[lane][3], second.Color[lane], second.Error[lane]);
+    }
+    c.Contributing += state.Transmittance < before ? 1 : 0;
+  }
+  return true;
+}
+
 // One segment of one value, without light from a side.
 inline void IntegrateConstant(
   Context& c, State& state, const Ray& ray, float position, float t0, float t1)

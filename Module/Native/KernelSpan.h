@@ -21,8 +21,9 @@ constexpr float PairWeight = 0.2f;
 constexpr float SpanBendWeight = 1.0f;
 constexpr float LitPairWeight = 0.4f;
 constexpr float UnseenWeight = 0.25f;
-// How much more may lie between the bounds of the extinction for samples to be tried.
-constexpr float MostUneven = 32.0f;
+// How much more may lie between the bounds of the extinction for samples to be tried: of those with
+// twice as much one in thirty is accepted (counted in noise, waves, shells and a sponge).
+constexpr float MostUneven = 2.0f;
 
 // Eight places of a brick, and the field there.
 struct Places
@@ -182,7 +183,8 @@ TERAVOX_INLINE bool IsEvenEnough(const Bounds& b)
 }
 
 // From t0 as far as it was looked ahead. Returns the estimated error in units of what is allowed;
-// where that is more than 1 nothing has been added.
+// where that is more than 1 nothing has been added, and where it is Uneven no sample was taken.
+constexpr float Uneven = 4.0f;
 template <typename T, bool Shade>
 __attribute__((noinline)) float IntegrateSpan(Context& c, State& state, const Ray& ray,
   const BrickView& view, const Walk& walk, float t0, const Reach& reach)
@@ -193,7 +195,7 @@ __attribute__((noinline)) float IntegrateSpan(Context& c, State& state, const Ra
   const Bounds bounds = BoundsOf(c, state, ray, view, step, reach.Range);
   if (!IsEvenEnough(bounds))
   {
-    return 2.0f;
+    return Uneven;
   }
   const Places places = PlacesAt<T>(c, view, walk, t0 + step * steps);
   const Sample<Floats> a = SampleTransfer(c.Table, places.Node);

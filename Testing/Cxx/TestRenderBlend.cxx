@@ -256,6 +256,11 @@ ImageOptions OptionsOf(ScalarType type)
   return options;
 }
 
+bool IsSignedInteger(ScalarType type)
+{
+  return type == ScalarType::Int8 || type == ScalarType::Int16 || type == ScalarType::Int32;
+}
+
 class BlendOf : public testing::TestWithParam<Mode>
 {
 };
@@ -274,6 +279,11 @@ TEST_P(BlendOf, Truth)
 {
   for (const ScalarType type : AllScalarTypes)
   {
+    // Signed or not, the shaders get the same texels.
+    if (!TakesAll() && IsSignedInteger(type))
+    {
+      continue;
+    }
     const ImageOptions options = OptionsOf(type);
     const auto image = ImageFor(GetParam(), options);
     const auto source = SourceOfImage(image, BrickEdge, false);

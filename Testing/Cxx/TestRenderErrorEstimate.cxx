@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <gtest/gtest.h>
 #include <random>
 #include <string>
@@ -330,11 +329,7 @@ TEST_P(ErrorEstimate, HoldsOnRandomScenes)
   stage.Mapper->SetBrickSize(BrickEdge);
   stage.Mapper->ErrorEstimateOn();
   Tally tally;
-  // Shaders without a GPU take four times as long: a quarter of the scenes, unless all are asked
-  // for.
-  const bool all = TestedMarcher() == vtkOutOfCoreVolumeMapper::MARCHER_NATIVE ||
-    std::getenv("TERAVOX_TEST_ALL_SCENES") != nullptr;
-  const int step = all ? 1 : 4;
+  const int step = TakesAll() ? 1 : 4;
   for (int i = 0; i < ScenesPerBatch && !HasFatalFailure(); i += step)
   {
     DrawScene(static_cast<unsigned>(GetParam() * ScenesPerBatch + i),

@@ -172,6 +172,12 @@ int TestedMarcher()
                                                        : vtkOutOfCoreVolumeMapper::MARCHER_NATIVE;
 }
 
+bool TakesAll()
+{
+  return TestedMarcher() == vtkOutOfCoreVolumeMapper::MARCHER_NATIVE ||
+    std::getenv("TERAVOX_TEST_ALL_SCENES") != nullptr;
+}
+
 Stage::Stage(int width, int height)
   : Width_(width)
   , Height_(height)

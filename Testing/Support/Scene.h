@@ -52,6 +52,10 @@ TransferNodes MakeTransfer(
 /// CTest runs the tests of contracts and truth with both.
 int TestedMarcher();
 
+/// Does this run take all that a test could take (scenes, frames, types)? Shaders without a GPU are
+/// several times slower than the native marcher: with them only if TERAVOX_TEST_ALL_SCENES is set.
+bool TakesAll();
+
 /// A window with one volume, drawn off-screen by a vtkOutOfCoreVolumeMapper or by any other mapper.
 /// The members are VTK's own objects: tests change what they like.
 /// Thread: the test's own.

@@ -19,11 +19,10 @@ namespace
 constexpr double PieceShare = 2.0 / 3;
 constexpr double SmallestShare = 1.0 / 16;
 constexpr double TerminationShare = 1.0 / 4;
-// What interpolating a pixel between rays may be estimated to cost of it: errors are a third of the
-// estimate at most, in coarse pictures less. What may hide between rays costs no more than all of
-// it.
-constexpr double LatticeShare = 1;
-constexpr double CoarseLatticeShare = 2;
+// What interpolating a pixel between rays may be estimated to cost of it. Half of a step is
+// estimated as 0.4 (KernelLattice.h), and the rays around it have errors of their own. What may
+// hide between rays costs no more than all of it.
+constexpr double LatticeShare = 0.7;
 constexpr double FineTolerance = 1.0 / 255;
 constexpr double FarthestRay = 2;
 // More of it than that isn't known well enough to be estimated.
@@ -34,9 +33,7 @@ LatticeLimits LatticeLimitsOf(double tolerance, double looseness)
 {
   const double coarseness = std::max(tolerance / FineTolerance, 1.0);
   const double all = tolerance * std::min(looseness, LargestLooseness);
-  const double share = std::clamp(0.5 * std::sqrt(coarseness), LatticeShare, CoarseLatticeShare);
-  return { all * share, all * LatticeShare,
-    std::min(std::sqrt(std::sqrt(coarseness)), FarthestRay) };
+  return { all * LatticeShare, all, std::min(std::sqrt(std::sqrt(coarseness)), FarthestRay) };
 }
 
 MarchParameters::Vec StepParameters(double sampleDistance, double tolerance, double looseness)

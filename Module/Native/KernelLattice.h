@@ -100,6 +100,38 @@ inline float NearestRay(const MarchParameters& p, int level, float depth, float 
   return pixels * SquareRoot(both ? a + b : Max(a, b));
 }
 
+// Around a pixel: how far apart along the rays the places are where they and the nearest ones enter
+// the volume, or what is left of it, and where they leave it, in voxels of the level there. On a
+// face that is seen at a grazing angle neighbours meet voxels that have nothing to do with each
+// other.
+inline float ApartOnFaces(const NativeScene& scene, const Neighbourhood& around, const Ray& ray,
+  int level, float begin, float end, bool over)
+{
+  float most = 0;
+  for (const std::size_t n : around.Nearest)
+  {
+    const auto width = static_cast<std::size_t>(scene.Width);
+    const auto x = static_cast<int>(n % width);
+    const auto y = static_cast<int>(n / width);
+    const Ray other =
+      MakeRay(*scene.Parameters, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+    float first = 0;
+    float last = 0;
+    float lit = 0;
+    if (!FindInterval(scene, other, x, y, first, last, lit))
+    {
+      return FarAway;
+    }
+    // Behind rays that are over nothing is seen of the face where they would leave.
+    most = Max(most, Max(Abs(first - begin), over ? 0.0f : Abs(last - end)));
+  }
+  const Quad direction = ray.Direction *
+    (1.0f / ToFloat(Load(scene.Parameters->LevelFactor[static_cast<std::size_t>(level)])));
+  return most *
+    SquareRoot(
+      (direction[0] * direction[0] + direction[1] * direction[1]) + direction[2] * direction[2]);
+}
+
 // Interpolates a pixel if it may be. half: pixels to the nearest rays along x, y or both.
 inline bool IsInterpolated(const NativeScene& scene, int x, int y, int half, bool center)
 {
@@ -152,6 +184,11 @@ inline bool IsInterpolated(const NativeScene& scene, int x, int y, int half, boo
     Min(Max(LargestWeight * 2.0f * nearest * nearest, LeastWeight), LargestWeight);
   const float error = difference * weight;
   if (!(nearest <= scene.LatticeDistance && error <= scene.LatticeTolerance))
+  {
+    return false;
+  }
+  if (difference > 0.0f &&
+    !(ApartOnFaces(scene, around, ray, level, begin, end, over) <= scene.LatticeDistance))
   {
     return false;
   }

@@ -83,6 +83,15 @@ public:
   std::vector<std::uint32_t> ActiveTiles;         ///< x | y << 16
   std::optional<PictureKey> Complete;             ///< of the picture in Color, if that is complete
   std::shared_ptr<const ViewGeometry> Geometry;   ///< of the first hits
+  /// What rays gathered of a block, before colours were made of it, and how those are made.
+  struct GatheredRays
+  {
+    MarchParameters Parameters;
+    BlendKind Blend = BlendKind::Composite;
+    int Components = 1;
+    std::vector<float> Pixels; ///< GatheredChannels() each
+  };
+  std::optional<GatheredRays> Gathered;
   bool CountsSamples = false;                     ///< of each pixel, in the place of errors
   std::optional<std::vector<FrameVertex>> Frames; ///< of the picture's bricks, if they are shown
 

@@ -128,8 +128,7 @@ void JoinRays(BlendKind blend, int components, const float* more, float* ray)
   }
   for (int c = 0; c < StateChannels; ++c)
   {
-    const bool both =
-      ray[c] > MarchParameters::NothingMet && more[c] > MarchParameters::NothingMet;
+    const bool both = ray[c] > MarchParameters::NothingMet && more[c] > MarchParameters::NothingMet;
     ray[c] = both && !IsExtreme(blend) ? ray[c] + more[c] : std::max(ray[c], more[c]);
   }
   for (int c = StateChannels; c < GatheredChannels(blend, components); ++c)

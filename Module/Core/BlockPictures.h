@@ -19,7 +19,7 @@ constexpr bool AddsUpOpacity(BlendKind kind)
 }
 
 /// Edge of the squares of pixels that ranks tell each other of.
-constexpr int OpacityTileEdge = 16;
+constexpr int OpacityTileEdge = 8;
 
 /// Tiles along an axis of so many pixels.
 constexpr int OpacityTilesAlong(int pixels)

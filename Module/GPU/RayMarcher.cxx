@@ -235,8 +235,7 @@ void RayMarcher::SetDepth(ViewState& view, const std::vector<float>& depths)
   }
 }
 
-void RayMarcher::HidePixels(
-  ViewState& view, const std::vector<std::uint8_t>& hidden, bool hasDepth)
+void RayMarcher::HidePixels(ViewState& view, const std::vector<std::uint8_t>& hidden, bool hasDepth)
 {
   constexpr float beforeAll = -1; // nearer than the near plane
   std::vector<float> depths = hasDepth ? ReadDepth(view) : std::vector<float>(hidden.size(), 1.0f);
@@ -683,8 +682,8 @@ void RayMarcher::SetGathered(ViewState& view, const std::vector<float>& pixels, 
   const auto write = [&](const GLTexture& texture, const std::vector<float>& values)
   {
     texture.Bind(0);
-    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_RGBA, GL_FLOAT,
-      values.data());
+    glTexSubImage2D(
+      GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_RGBA, GL_FLOAT, values.data());
   };
   write(view.Color, state);
   if (!lengths.empty())

@@ -65,8 +65,8 @@ public:
   void CopyDepth(ViewState& view, GLuint framebuffer, int x, int y);
   /// Depths in 0..1 instead of those of a frame buffer, rows from the bottom.
   static void SetDepth(ViewState& view, const std::vector<float>& depths);
-  /// No rays at these pixels (not 0): their depth becomes less than any. `hasDepth`: the view has the
-  /// depth of the others, else nothing ends those.
+  /// No rays at these pixels (not 0): their depth becomes less than any. `hasDepth`: the view has
+  /// the depth of the others, else nothing ends those.
   static void HidePixels(ViewState& view, const std::vector<std::uint8_t>& hidden, bool hasDepth);
   /// What CopyDepth() has copied, in 0..1, rows from the bottom. Waits for the GPU.
   static std::vector<float> ReadDepth(const ViewState& view);

@@ -1038,8 +1038,7 @@ std::vector<float> VolumeEngine::ResolveGathered(
   const Status status = this->Marcher->Resolve(state, how.Parameters, variant);
   int width = 0;
   int height = 0;
-  std::vector<float> colors =
-    status ? this->ReadColors(view, width, height) : std::vector<float>();
+  std::vector<float> colors = status ? this->ReadColors(view, width, height) : std::vector<float>();
   RayMarcher::SetGathered(state, before, channels);
   return colors;
 }

@@ -1236,8 +1236,9 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     if (request.Show && !teravox::AddsUpOpacity(request.Blend.Kind) &&
       in.Warned.insert("Block").second)
     {
-      vtkWarningMacro("A block is drawn as if there was nothing else in this blend mode: pictures of "
-                      "blocks can't be blended. See GetGatheredImage().");
+      vtkWarningMacro(
+        "A block is drawn as if there was nothing else in this blend mode: pictures of "
+        "blocks can't be blended. See GetGatheredImage().");
     }
   }
   const teravox::Status status = peeling
@@ -1646,10 +1647,9 @@ void vtkOutOfCoreVolumeMapper::SuspectHidden(vtkFloatArray* inFront)
 {
   vtkInternals& in = *this->Internals;
   in.Confirmed = nullptr;
-  in.Suspected = inFront
-    ? std::make_shared<const std::vector<float>>(
-        inFront->GetPointer(0), inFront->GetPointer(0) + inFront->GetNumberOfValues())
-    : nullptr;
+  in.Suspected = inFront ? std::make_shared<const std::vector<float>>(inFront->GetPointer(0),
+                             inFront->GetPointer(0) + inFront->GetNumberOfValues())
+                         : nullptr;
 }
 
 bool vtkOutOfCoreVolumeMapper::ConfirmHidden(vtkFloatArray* inFront)
@@ -1662,8 +1662,9 @@ bool vtkOutOfCoreVolumeMapper::ConfirmHidden(vtkFloatArray* inFront)
       teravox::OpacityTilesAlong(shown->second.Request.Camera.Height);
   if (!inFront || !in.Suspected || tiles == 0 || inFront->GetNumberOfValues() != tiles)
   {
-    vtkErrorMacro("What hides a block is confirmed after a frame in which it was suspected, with one "
-                  "opacity for each of its tiles.");
+    vtkErrorMacro(
+      "What hides a block is confirmed after a frame in which it was suspected, with one "
+      "opacity for each of its tiles.");
     return false;
   }
   in.Confirmed = std::make_shared<const std::vector<float>>(

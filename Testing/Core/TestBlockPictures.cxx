@@ -15,21 +15,22 @@ namespace
 constexpr float Nothing = MarchParameters::NothingMet;
 }
 
-// 33 x 17 pixels: 3 x 2 tiles, those at the upper and right borders one pixel wide.
+// 17 x 9 pixels: 3 x 2 tiles, those at the upper and right borders one pixel wide.
 TEST(BlockPictures, LeastOpacityOfEachTile)
 {
-  constexpr int width = 33;
-  constexpr int height = 17;
+  constexpr int width = 17;
+  constexpr int height = 9;
   std::vector<float> colors(std::size_t{ 4 } * width * height, 1.0f);
-  const auto set = [&](int x, int y, float opacity)
-  { colors[4 * (static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)) + 3] = opacity; };
+  const auto set = [&](int x, int y, float opacity) {
+    colors[4 * (static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)) + 3] = opacity;
+  };
   EXPECT_EQ(LeastOpacities(colors, width, height), std::vector<float>(6, 1.0f));
-  set(15, 15, 0.5f);
+  set(7, 7, 0.5f);
   set(3, 0, 0.75f);
-  set(16, 0, 0.25f);
-  set(32, 15, 0.125f);
-  set(0, 16, 0.0f);
-  set(32, 16, 0.625f);
+  set(8, 0, 0.25f);
+  set(16, 7, 0.125f);
+  set(0, 8, 0.0f);
+  set(16, 8, 0.625f);
   EXPECT_EQ(LeastOpacities(colors, width, height),
     (std::vector<float>{ 0.5f, 0.25f, 0.125f, 0.0f, 1.0f, 0.625f }));
 }
@@ -48,8 +49,8 @@ TEST(BlockPictures, OpacityInFrontFollowsTheOrder)
 
 TEST(BlockPictures, HiddenIsWhatBothHide)
 {
-  constexpr int width = 20;
-  constexpr int height = 10;
+  constexpr int width = 12;
+  constexpr int height = 7;
   const auto counts = [&](const std::vector<float>& suspected, const std::vector<float>& confirmed)
   {
     const std::vector<std::uint8_t> hidden =
@@ -57,15 +58,15 @@ TEST(BlockPictures, HiddenIsWhatBothHide)
     std::array<int, 2> n{ 0, 0 };
     for (std::size_t i = 0; i < hidden.size(); ++i)
     {
-      n[i % width < 16 ? 0 : 1] += hidden[i];
+      n[i % width < 8 ? 0 : 1] += hidden[i];
     }
     return n;
   };
   using Counts = std::array<int, 2>;
-  EXPECT_EQ(counts({ 0.75f, 0.74f }, {}), (Counts{ 160, 0 }));
-  EXPECT_EQ(counts({ 0.75f, 1 }, {}), (Counts{ 160, 40 }));
-  EXPECT_EQ(counts({ 1, 1 }, { 0, 1 }), (Counts{ 0, 40 }));
-  EXPECT_EQ(counts({ 0, 1 }, { 1, 1 }), (Counts{ 0, 40 })); // not suspected: it was drawn
+  EXPECT_EQ(counts({ 0.75f, 0.74f }, {}), (Counts{ 56, 0 }));
+  EXPECT_EQ(counts({ 0.75f, 1 }, {}), (Counts{ 56, 28 }));
+  EXPECT_EQ(counts({ 1, 1 }, { 0, 1 }), (Counts{ 0, 28 }));
+  EXPECT_EQ(counts({ 0, 1 }, { 1, 1 }), (Counts{ 0, 28 })); // not suspected: it was drawn
   EXPECT_TRUE(HiddenPixels({ 1, 1 }, { 0, 0 }, 0.25f, width, height).empty());
   EXPECT_TRUE(HiddenPixels({ 1, 1, 1 }, {}, 0.25f, width, height).empty()); // of another picture
   EXPECT_TRUE(HiddenPixels({ 1, 1 }, { 1 }, 0.25f, width, height).empty());

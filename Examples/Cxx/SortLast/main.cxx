@@ -11,9 +11,9 @@
 // between which the camera may turn, the blocks are divided anew where the rays of the one before
 // needed bricks, if that is worth it. What a rank suspects to be hidden by the others, by the frame
 // before or by a preview that is so many levels coarser, it draws only if their pictures in this
-// frame don't hide it. "%r" in FILE is replaced by the rank, for copies on local disks. A rank whose
-// file can't be opened leaves its block out and says so; the program's exit code is 3 then, and
-// where bricks can't be read.
+// frame don't hide it. "%r" in FILE is replaced by the rank, for copies on local disks. A rank
+// whose file can't be opened leaves its block out and says so; the program's exit code is 3 then,
+// and where bricks can't be read.
 #include "Blend.h"
 
 #include <algorithm>

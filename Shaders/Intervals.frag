@@ -63,7 +63,8 @@ void main()
   float d = texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r;
   if (d < 1.0)
   {
-    last = min(last, ViewDepth(d));
+    // Nothing is seen of what lies behind something at the near plane.
+    last = d > 0.0 ? min(last, ViewDepth(d)) : -3.0e38;
   }
   float from = intBitsToFloat(texelFetch(u_positionBefore, ivec2(gl_FragCoord.xy), 0).g);
   if (u_hasBegin != 0 && from > 0.0)

@@ -235,6 +235,17 @@ void RayMarcher::SetDepth(ViewState& view, const std::vector<float>& depths)
   }
 }
 
+void RayMarcher::HidePixels(ViewState& view, const std::vector<std::uint8_t>& hidden, bool hasDepth)
+{
+  constexpr float beforeAll = -1; // nearer than the near plane
+  std::vector<float> depths = hasDepth ? ReadDepth(view) : std::vector<float>(hidden.size(), 1.0f);
+  for (std::size_t i = 0; i < hidden.size(); ++i)
+  {
+    depths[i] = hidden[i] != 0 ? beforeAll : depths[i];
+  }
+  SetDepth(view, depths);
+}
+
 std::vector<float> RayMarcher::ReadDepth(const ViewState& view)
 {
   if (view.IsNative())
@@ -605,6 +616,80 @@ Status RayMarcher::Resolve(
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glMemoryBarrier(GL_ALL_BARRIER_BITS);
   return {};
+}
+
+std::vector<float> RayMarcher::ReadGathered(const ViewState& view, int channels)
+{
+  const std::size_t pixels =
+    static_cast<std::size_t>(view.Width()) * static_cast<std::size_t>(view.Height());
+  std::vector<float> state(4 * pixels);
+  std::vector<float> lengths(channels > 4 ? 4 * pixels : 0);
+  if (view.IsNative())
+  {
+    state = view.Native.Color;
+    if (!lengths.empty())
+    {
+      lengths = view.Native.Lengths;
+    }
+  }
+  else
+  {
+    glMemoryBarrier(GL_ALL_BARRIER_BITS);
+    view.Color.Bind(0);
+    glGetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, state.data());
+    if (!lengths.empty())
+    {
+      view.Lengths.Bind(0);
+      glGetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, lengths.data());
+    }
+  }
+  if (lengths.empty())
+  {
+    return state;
+  }
+  std::vector<float> both;
+  both.reserve(8 * pixels);
+  for (std::size_t i = 0; i < 4 * pixels; i += 4)
+  {
+    const auto at = static_cast<std::ptrdiff_t>(i);
+    both.insert(both.end(), state.begin() + at, state.begin() + at + 4);
+    both.insert(both.end(), lengths.begin() + at, lengths.begin() + at + 4);
+  }
+  return both;
+}
+
+void RayMarcher::SetGathered(ViewState& view, const std::vector<float>& pixels, int channels)
+{
+  std::vector<float> state;
+  std::vector<float> lengths;
+  const std::size_t stride = static_cast<std::size_t>(channels);
+  for (std::size_t i = 0; i < pixels.size(); i += stride)
+  {
+    const float* from = &pixels[i];
+    state.insert(state.end(), from, from + 4);
+    lengths.insert(lengths.end(), from + 4, from + stride);
+  }
+  if (view.IsNative())
+  {
+    view.Native.Color = std::move(state);
+    view.NativeChanged = true;
+    if (!lengths.empty())
+    {
+      view.Native.Lengths = std::move(lengths);
+    }
+    return;
+  }
+  const auto write = [&](const GLTexture& texture, const std::vector<float>& values)
+  {
+    texture.Bind(0);
+    glTexSubImage2D(
+      GL_TEXTURE_2D, 0, 0, 0, view.Width(), view.Height(), GL_RGBA, GL_FLOAT, values.data());
+  };
+  write(view.Color, state);
+  if (!lengths.empty())
+  {
+    write(view.Lengths, lengths);
+  }
 }
 
 float SampleShade(float samples)

@@ -65,6 +65,9 @@ public:
   void CopyDepth(ViewState& view, GLuint framebuffer, int x, int y);
   /// Depths in 0..1 instead of those of a frame buffer, rows from the bottom.
   static void SetDepth(ViewState& view, const std::vector<float>& depths);
+  /// No rays at these pixels (not 0): their depth becomes less than any. `hasDepth`: the view has
+  /// the depth of the others, else nothing ends those.
+  static void HidePixels(ViewState& view, const std::vector<std::uint8_t>& hidden, bool hasDepth);
   /// What CopyDepth() has copied, in 0..1, rows from the bottom. Waits for the GPU.
   static std::vector<float> ReadDepth(const ViewState& view);
   /// Begins a picture: intervals, cleared accumulators, all tiles active. `slice`: per pixel the
@@ -92,6 +95,9 @@ public:
     MarchParameters& parameters, const ShaderVariant& variant);
   /// Turns what rays gathered in a blend mode other than composite into colours.
   Status Resolve(ViewState& view, const MarchParameters& parameters, const ShaderVariant& variant);
+  /// What Resolve() finds, GatheredChannels() floats per pixel. Waits for the GPU.
+  static std::vector<float> ReadGathered(const ViewState& view, int channels);
+  static void SetGathered(ViewState& view, const std::vector<float>& pixels, int channels);
   /// Makes colours of how many samples each ray took, which are in the place of errors: see
   /// SampleShade(). Rays without one leave nothing.
   static void ShowSamples(ViewState& view);

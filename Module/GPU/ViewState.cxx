@@ -160,6 +160,7 @@ void ViewState::Release()
   this->IntervalTarget.Release();
   this->EmptyTarget.Release();
   this->Frames.reset();
+  this->Gathered.reset();
   this->ActiveTiles.clear();
   this->Complete.reset();
   this->Native_ = false;

@@ -75,14 +75,23 @@ public:
   GLTexture Peel;     ///< colours of another stretch of the rays, where they are drawn in such
   GLBuffer Feedback;
   GLBuffer TileList;
-  GLFramebuffer StateTarget;                      ///< colour, position and error, to clear them
-  GLFramebuffer HitTarget;                        ///< first hits, to clear them
-  GLFramebuffer LengthsTarget;                    ///< lengths, to clear them
-  GLFramebuffer IntervalTarget;                   ///< intervals
-  GLFramebuffer EmptyTarget;                      ///< no attachment: the marcher writes images
-  std::vector<std::uint32_t> ActiveTiles;         ///< x | y << 16
-  std::optional<PictureKey> Complete;             ///< of the picture in Color, if that is complete
-  std::shared_ptr<const ViewGeometry> Geometry;   ///< of the first hits
+  GLFramebuffer StateTarget;                    ///< colour, position and error, to clear them
+  GLFramebuffer HitTarget;                      ///< first hits, to clear them
+  GLFramebuffer LengthsTarget;                  ///< lengths, to clear them
+  GLFramebuffer IntervalTarget;                 ///< intervals
+  GLFramebuffer EmptyTarget;                    ///< no attachment: the marcher writes images
+  std::vector<std::uint32_t> ActiveTiles;       ///< x | y << 16
+  std::optional<PictureKey> Complete;           ///< of the picture in Color, if that is complete
+  std::shared_ptr<const ViewGeometry> Geometry; ///< of the first hits
+  /// What rays gathered of a block, before colours were made of it, and how those are made.
+  struct GatheredRays
+  {
+    MarchParameters Parameters;
+    BlendKind Blend = BlendKind::Composite;
+    int Components = 1;
+    std::vector<float> Pixels; ///< GatheredChannels() each
+  };
+  std::optional<GatheredRays> Gathered;
   bool CountsSamples = false;                     ///< of each pixel, in the place of errors
   std::optional<std::vector<FrameVertex>> Frames; ///< of the picture's bricks, if they are shown
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "VolumeEngine.h"
 
+#include "BlockPictures.h"
 #include "BlockSplit.h"
 #include "EndOrLeave.h"
 #include "GLStateGuard.h"
@@ -46,9 +47,16 @@ bool RunFromBegin(const FrameRequest& request)
   return !request.Depths || request.Depths->Begin.empty();
 }
 
-bool AddsUpOpacity(BlendKind kind)
+// Per pixel whether blocks in front leave no more of its ray than `share`; empty: nowhere.
+std::vector<std::uint8_t> FindHidden(const FrameRequest& request, float share)
 {
-  return kind == BlendKind::Composite || kind == BlendKind::Isosurface || kind == BlendKind::Slice;
+  if (!request.SuspectedInFront || !request.Camera.Block || !AddsUpOpacity(request.Blend.Kind))
+  {
+    return {};
+  }
+  return HiddenPixels(*request.SuspectedInFront,
+    request.ConfirmedInFront ? *request.ConfirmedInFront : std::vector<float>(), share,
+    request.Camera.Width, request.Camera.Height);
 }
 
 double Now()
@@ -543,11 +551,19 @@ ShaderVariant VolumeEngine::VariantOf(const FrameRequest& request, const VoxelFo
   return variant;
 }
 
-bool VolumeEngine::IsStillThere(const FrameRequest& request, ViewState& view, const PictureKey& key)
+// Whether rays of a block gather what can be joined with what those of other blocks do.
+bool VolumeEngine::Gathers(const FrameRequest& request)
+{
+  return request.Camera.Block && !AddsUpOpacity(request.Blend.Kind);
+}
+
+bool VolumeEngine::IsStillThere(const FrameRequest& request, ViewState& view, const PictureKey& key,
+  const std::vector<std::uint8_t>& hidden)
 {
   const bool same = request.ReusePicture && RunFromBegin(request) && view.Complete &&
     *view.Complete == key && (view.Frames || !request.ShowFrames);
-  if (!request.UseDepth && !request.Depths)
+  const bool hasDepth = request.UseDepth || request.Depths;
+  if (!hasDepth && hidden.empty())
   {
     return same;
   }
@@ -557,9 +573,13 @@ bool VolumeEngine::IsStillThere(const FrameRequest& request, ViewState& view, co
   {
     RayMarcher::SetDepth(view, request.Depths->End);
   }
-  else
+  else if (request.UseDepth)
   {
     this->Marcher->CopyDepth(view, request.Framebuffer, request.X, request.Y);
+  }
+  if (!hidden.empty())
+  {
+    RayMarcher::HidePixels(view, hidden, hasDepth);
   }
   return same && RayMarcher::ReadDepth(view) == before;
 }
@@ -844,7 +864,9 @@ Status VolumeEngine::Draw(const FrameRequest& request)
       request.Camera.Width, request.Camera.Height);
     parameters.Normal = geometry.Value().ViewNormal;
   }
-  geometry.Value().Intervals.HasDepth = request.UseDepth || request.Depths;
+  const std::vector<std::uint8_t> hidden = FindHidden(request, parameters.Step[2]);
+  const bool isCertain = hidden.empty() || request.ConfirmedInFront;
+  geometry.Value().Intervals.HasDepth = request.UseDepth || request.Depths || !hidden.empty();
   geometry.Value().Intervals.Far = std::min(geometry.Value().Intervals.Far,
     static_cast<float>(request.EndDepth - geometry.Value().DepthOrigin));
   view->Geometry = request.HitOpacity ? std::make_shared<ViewGeometry>(geometry.Value()) : nullptr;
@@ -855,13 +877,14 @@ Status VolumeEngine::Draw(const FrameRequest& request)
   };
   const PictureKey key{ parameters, geometry.Value().Intervals, this->FunctionVersion,
     variant.Key(), geometry.Value().Planes, lights, request.SliceDepths, lattice.Stage };
-  if (this->IsStillThere(request, *view, key))
+  if (this->IsStillThere(request, *view, key, hidden))
   {
-    this->Frame.Converged = true;
+    this->Frame.Converged = isCertain;
     return this->Show(request, *view);
   }
   view->Complete.reset();
   view->Frames.reset();
+  view->Gathered.reset();
   this->Ahead->Cancel();
   if (request.Converge)
   {
@@ -911,6 +934,13 @@ Status VolumeEngine::Draw(const FrameRequest& request)
   {
     this->Spent += Now() - start;
     this->Budget = request.TimeBudget;
+  }
+  // Complete as far as rays were cast; whether that is all is for others to say.
+  this->Frame.Converged = this->Frame.Converged && isCertain;
+  if (status && Gathers(request))
+  {
+    view->Gathered = { parameters, variant.Blend, variant.Components,
+      RayMarcher::ReadGathered(*view, GatheredChannels(variant.Blend, variant.Components)) };
   }
   if (status && request.Blend.Kind != BlendKind::Composite)
   {
@@ -971,6 +1001,45 @@ std::vector<float> VolumeEngine::ReadColors(const void* view, int& width, int& h
   {
     colors[i] = 1.0f - colors[i];
   }
+  return colors;
+}
+
+std::vector<float> VolumeEngine::ReadGathered(const void* view, int& width, int& height) const
+{
+  const auto found = this->Views.find(view);
+  if (found == this->Views.end() || !found->second->Gathered)
+  {
+    width = height = 0;
+    return {};
+  }
+  width = found->second->Width();
+  height = found->second->Height();
+  return found->second->Gathered->Pixels;
+}
+
+std::vector<float> VolumeEngine::ResolveGathered(
+  const void* view, const std::vector<float>& gathered)
+{
+  const auto found = this->Views.find(view);
+  if (found == this->Views.end() || !found->second->Gathered ||
+    found->second->Gathered->Pixels.size() != gathered.size())
+  {
+    return {};
+  }
+  ViewState& state = *found->second;
+  const ViewState::GatheredRays& how = *state.Gathered;
+  const GLStateGuard guard;
+  const int channels = GatheredChannels(how.Blend, how.Components);
+  const std::vector<float> before = RayMarcher::ReadGathered(state, channels);
+  RayMarcher::SetGathered(state, gathered, channels);
+  ShaderVariant variant;
+  variant.Blend = how.Blend;
+  variant.Components = how.Components;
+  const Status status = this->Marcher->Resolve(state, how.Parameters, variant);
+  int width = 0;
+  int height = 0;
+  std::vector<float> colors = status ? this->ReadColors(view, width, height) : std::vector<float>();
+  RayMarcher::SetGathered(state, before, channels);
   return colors;
 }
 

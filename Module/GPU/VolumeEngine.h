@@ -72,6 +72,11 @@ struct FrameRequest
   double EndDepth = std::numeric_limits<double>::infinity(); ///< view depth where rays end, too
   bool UseDepth = true; ///< rays end at the frame buffer's depth; else nothing reads it
   std::shared_ptr<const RayDepths> Depths; ///< instead of the frame buffer's depth
+  /// Of a block, see OpacityInFront(): rays of tiles that it hides aren't cast. Suspected alone:
+  /// the picture isn't converged where there are any. Confirmed as well: what both say is hidden.
+  /// In blend modes that add up opacity.
+  std::shared_ptr<const std::vector<float>> SuspectedInFront;
+  std::shared_ptr<const std::vector<float>> ConfirmedInFront;
   /// A stretch of the rays of a frame that is drawn in several; and one that isn't the first. Their
   /// statistics, what they ask for and the time that they take are the frame's together.
   bool IsStretch = false;
@@ -178,6 +183,13 @@ public:
   /// GL. The accumulators of the last frame of a view: premultiplied rgb and opacity, rows from the
   /// bottom, 4 floats per pixel. Empty if there are none.
   std::vector<float> ReadColors(const void* view, int& width, int& height);
+  /// What the rays of the last frame of a view have gathered of a block (ViewInput::Block), in
+  /// blend modes where that can be joined: see JoinRays(). Empty in others.
+  std::vector<float> ReadGathered(const void* view, int& width, int& height) const;
+  /// GL. Makes colours, as ReadColors() gives them, of what the rays of all blocks have gathered
+  /// together; with the functions of the view's last frame. Empty if there is none such, or it is
+  /// of another size.
+  std::vector<float> ResolveGathered(const void* view, const std::vector<float>& gathered);
   /// GL. Per pixel of the last frame of a view, rows from the bottom: what its colour and opacity
   /// may be off, 0..1. Certain for rays that ended early or are still under way and for bricks that
   /// were missing or can't be read, an estimate for steps. 1 where nothing is known (fixed steps).
@@ -271,8 +283,10 @@ private:
   void EndReadAhead();
   void RetryInTime(const FrameRequest& request);
   Status Show(const FrameRequest& request, ViewState& view);
+  static bool Gathers(const FrameRequest& request);
   ShaderVariant VariantOf(const FrameRequest& request, const VoxelFormat& format) const;
-  bool IsStillThere(const FrameRequest& request, ViewState& view, const PictureKey& key);
+  bool IsStillThere(const FrameRequest& request, ViewState& view, const PictureKey& key,
+    const std::vector<std::uint8_t>& hidden);
   void ForgetPictures();
   void KeepCounters();
   bool AnyFailed() const { return this->FailedBricks() + this->FailedPageBlocks() > 0; }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkBlockSplit.h"
 
+#include "BlockPictures.h"
 #include "BlockSplit.h"
 #include "VolumePlace.h"
 #include "vtkBrickSource.h"
@@ -11,6 +12,7 @@
 #include <optional>
 #include <vtkCamera.h>
 #include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
 #include <vtkIdList.h>
 #include <vtkMath.h>
 #include <vtkObjectFactory.h>
@@ -20,6 +22,7 @@
 
 using teravox::BlockSplit;
 using teravox::Double3;
+using teravox::Int3;
 using teravox::Matrix4;
 using teravox::VoxelBox;
 
@@ -158,6 +161,86 @@ bool vtkBlockSplit::SetWeights(vtkDoubleArray* weights)
     this->Internals->Changed = true;
     this->Modified();
   }
+  return true;
+}
+
+bool vtkBlockSplit::Rebalance(vtkDoubleArray* weights, double worth)
+{
+  const BlockSplit* now = this->Internals->Update(this);
+  if (!now)
+  {
+    return false;
+  }
+  // What the blocks of now weigh by the new weights.
+  const teravox::PyramidLayout& layout = this->Internals->Source()->Info().Layout;
+  const std::vector<double> before = this->Internals->Weights;
+  std::vector<VoxelBox> boxes;
+  for (int block = 0; block < now->NumberOfBlocks(); ++block)
+  {
+    boxes.push_back(now->Block(block));
+  }
+  const Int3& bricks = layout.Bricks(now->Level());
+  double most = 0;
+  const bool fit = weights && weights->GetNumberOfValues() == this->GetNumberOfGridBricks();
+  for (const VoxelBox& box : boxes)
+  {
+    const teravox::BrickBox covered = teravox::BricksOfBlock(layout, now->Level(), box);
+    double sum = 0;
+    for (std::int64_t z = covered.Low[2]; fit && z < covered.High[2]; ++z)
+    {
+      for (std::int64_t y = covered.Low[1]; y < covered.High[1]; ++y)
+      {
+        for (std::int64_t x = covered.Low[0]; x < covered.High[0]; ++x)
+        {
+          sum += weights->GetValue((z * bricks[1] + y) * bricks[0] + x);
+        }
+      }
+    }
+    most = std::max(most, sum);
+  }
+  if (!this->SetWeights(weights))
+  {
+    return false;
+  }
+  double mostThen = 0;
+  for (int block = 0; block < this->NumberOfBlocks; ++block)
+  {
+    mostThen = std::max(mostThen, this->GetBlockWeight(block));
+  }
+  if (mostThen * worth < most)
+  {
+    return true;
+  }
+  this->Internals->Weights = before;
+  this->Internals->Changed = true;
+  return false;
+}
+
+bool vtkBlockSplit::GetOpacityInFront(
+  vtkFloatArray* ofAll, vtkIdList* order, int block, vtkFloatArray* inFront)
+{
+  const vtkIdType values = ofAll->GetNumberOfValues();
+  const vtkIdType tiles = values / this->NumberOfBlocks;
+  if (tiles * this->NumberOfBlocks != values)
+  {
+    vtkErrorMacro("There must be as many tiles for each of the "
+      << this->NumberOfBlocks << " blocks; " << values << " were given.");
+    return false;
+  }
+  std::vector<int> sorted;
+  for (const vtkIdType id : *order)
+  {
+    if (id >= 0 && id < this->NumberOfBlocks)
+    {
+      sorted.push_back(static_cast<int>(id));
+    }
+  }
+  const std::vector<float> opacities =
+    teravox::OpacityInFront({ ofAll->GetPointer(0), ofAll->GetPointer(0) + values },
+      static_cast<std::size_t>(tiles), sorted, block);
+  inFront->SetNumberOfComponents(1);
+  inFront->SetNumberOfTuples(tiles);
+  std::copy(opacities.begin(), opacities.end(), inFront->GetPointer(0));
   return true;
 }
 

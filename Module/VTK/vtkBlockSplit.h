@@ -29,6 +29,7 @@
 
 class vtkBrickSource;
 class vtkDoubleArray;
+class vtkFloatArray;
 class vtkIdList;
 class vtkProp3D;
 class vtkRenderer;
@@ -103,6 +104,22 @@ public:
    * moves them. Returns false, after an error, if a matrix is singular or there is no source.
    */
   bool GetFrontToBack(vtkRenderer* renderer, vtkProp3D* volume, vtkIdList* order);
+
+  /**
+   * Divides anew by these weights (SetWeights()) if the block that weighs most by them would weigh
+   * at least `worth` times less than it does as blocks are now: what a rank gets anew it has to
+   * read. Returns whether blocks have moved; false, after an error, for weights that SetWeights()
+   * refuses. The same everywhere for the same weights, so that each rank may call it.
+   */
+  bool Rebalance(vtkDoubleArray* weights, double worth = 1.25);
+
+  /**
+   * What lies in front of a block: of each tile the opacity of all blocks that `order` (see
+   * GetFrontToBack()) lists ahead of it. `ofAll`: the tiles of each block, one block after the
+   * other, as vtkOutOfCoreVolumeMapper::GetOpacityTiles() gives them; 0 of blocks that have none.
+   * Returns false, after an error, if that isn't as many for each block.
+   */
+  bool GetOpacityInFront(vtkFloatArray* ofAll, vtkIdList* order, int block, vtkFloatArray* inFront);
 
 #ifndef __VTK_WRAP__
   /**

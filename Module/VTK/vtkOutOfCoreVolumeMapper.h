@@ -65,6 +65,7 @@
 class vtkBlockSplit;
 class vtkBrickSource;
 class vtkDoubleArray;
+class vtkFloatArray;
 class vtkImageData;
 class vtkRenderWindow;
 
@@ -329,15 +330,59 @@ public:
    * other. An extent without voxels draws nothing, and loads nothing. Rays run on the grid of the
    * whole volume, neighbours across faces come from the file: accumulators of blocks made by
    * vtkBlockSplit, blended front to back, are those of the whole volume within the tolerance. So
-   * for the blend modes composite, isosurface and slice; in the others each block is drawn as if
-   * there was nothing else. Bounds stay those of the volume. Pixels aren't interpolated between
-   * rays. Default off, with the extent (0,-1, 0,-1, 0,-1).
+   * for the blend modes composite, isosurface and slice; pictures of the others (maximum, minimum,
+   * average, additive) can't be blended, see GetGatheredImage(). Bounds stay those of the volume.
+   * Pixels aren't interpolated between rays. Default off, with the extent (0,-1, 0,-1, 0,-1).
    */
   vtkSetMacro(Block, vtkTypeBool);
   vtkGetMacro(Block, vtkTypeBool);
   vtkBooleanMacro(Block, vtkTypeBool);
   vtkSetVector6Macro(BlockExtent, int);
   vtkGetVector6Macro(BlockExtent, int);
+  ///@}
+
+  ///@{
+  /**
+   * Pictures of blocks in the blend modes maximum, minimum, average and additive: what the rays of
+   * the last frame gathered, floats that belong to this mapper's mode and functions
+   * (GetGatheredImage: four components, eight for averages of several components; false if there
+   * are none), is joined in any order (JoinGatheredImage: adds that of another block to `sum`, a
+   * copy of one block's) and becomes the colours of the whole volume, premultiplied RGBA as
+   * GetColorAccumulator() has them (ResolveGatheredImage; false, after an error, if `gathered`
+   * isn't of the size of the last frame). What the frame buffer shows is the block alone, therefore
+   * a warning comes without RenderToImageOn().
+   */
+  bool GetGatheredImage(vtkImageData* gathered);
+  bool JoinGatheredImage(vtkImageData* sum, vtkImageData* more);
+  bool ResolveGatheredImage(vtkImageData* gathered, vtkImageData* colors);
+  ///@}
+
+  ///@{
+  /**
+   * What other blocks hide. Opacities of tiles, squares of OpacityTileSize pixels from the lower
+   * left corner, rows from the bottom (ceil(width / 8) * ceil(height / 8) values).
+   *
+   * GetOpacityTiles(): the least opacity that the last frame has in each tile; returns false if
+   * there is none. vtkBlockSplit::GetOpacityInFront() makes of those of all blocks what lies in
+   * front of one.
+   *
+   * SuspectHidden(): the frames to come cast no rays in tiles where `inFront` leaves no more than
+   * the share of ImageErrorTolerance at which rays end, so that what others are believed to hide,
+   * by their last pictures, isn't loaded before all that may be seen. Such a frame isn't converged
+   * (IsConverged()). Null: nothing is hidden (the default).
+   * ConfirmHidden(): `inFront` is of the present view, of the other blocks' pictures in it, whose
+   * opacities can't become less any more (frames without a limit of time, suspicions or not).
+   * Where it hides what was suspected, the next frame is converged without it, and what was
+   * suspected wrongly is drawn. A confirmation holds for the view and volume of the last frame:
+   * once something of that changes nothing is hidden. Returns false, after an error, if nothing was
+   * suspected or the number of tiles isn't that of the last frame.
+   *
+   * For the blend modes composite, isosurface and slice, with BlockOn().
+   */
+  static constexpr int OpacityTileSize = 8;
+  bool GetOpacityTiles(vtkFloatArray* tiles);
+  void SuspectHidden(vtkFloatArray* inFront);
+  bool ConfirmHidden(vtkFloatArray* inFront);
   ///@}
 
   ///@{

@@ -8,6 +8,9 @@ import subprocess
 import sys
 import tempfile
 
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOImage import vtkPNGReader
+
 page = open(sys.argv[1], encoding="utf-8").read()
 blocks = re.findall(r"```python\n(.*?)```", page, re.S)
 assert len(blocks) == 1, len(blocks)
@@ -24,7 +27,11 @@ with tempfile.TemporaryDirectory() as folder:
     os.chdir(folder)
     shutil.copy(os.path.join(os.environ["TERAVOX_VOLUMES"], "shells.h5"), "scan.h5")
     exec("import os\n" + code)
-    assert os.path.getsize("scan.png") > 2000
+    picture = vtkPNGReader()
+    picture.SetFileName("scan.png")
+    picture.Update()
+    colors = {tuple(pixel) for pixel in vtk_to_numpy(picture.GetOutput().GetPointData().GetScalars())[::7]}
+    assert len(colors) > 150, len(colors)  # more than the background and axes
     assert display.Representation == "Volume (out of core)"
     os.chdir("/")
 print("test_docs.py: passed")

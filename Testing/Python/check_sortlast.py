@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: Teravox contributors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs Examples/Cxx/SortLast with 1, 2, 3, 4 and 8 ranks: check_sortlast.py SORTLAST MPIEXEC TERAVOX
+"""Runs Examples/Cxx/SortLast with 1, 2, 3, 4 and 8 ranks: check_sortlast.py SORTLAST MPIEXEC TERAVOX PAGE
 
-The pictures of several ranks are that of one within 1/255, whatever the marcher and the light; each
-rank reads a part; a rank without its file leaves its block out, and the others' are there.
+The pictures of several ranks are that of one within 1/255, whatever the marcher, the light and what
+came before; each rank reads a part; a rank without its file leaves its block out, and the others'
+are there. PAGE: docs/distributed.md, whose commands are run as they stand.
 """
 import os
 import re
@@ -13,7 +14,7 @@ import tempfile
 
 import numpy
 
-SORTLAST, MPIEXEC, TERAVOX = sys.argv[1:4]
+SORTLAST, MPIEXEC, TERAVOX, PAGE = sys.argv[1:5]
 SIZE = 160
 LINE = re.compile(
     r"frame (\d+) rank (\d+) block (\S+) (\S+) (\S+) read (\d+) bytes, (\d+) bricks; "
@@ -105,6 +106,33 @@ def check_missing_file(file):
     assert code != 0 and "can't be read" in errors
 
 
+def check_turned(file):
+    """A preview, then a camera that turns: suspicions and blocks are those of the frames before."""
+    options = ["--frames", "4", "--turn", "35", "--shade"]
+    _, one, _, _ = run(1, file, *options)
+    for ranks in (2, 4):
+        code, picture, _, _ = run(ranks, file, *options, "--preview", "2")
+        off = numpy.abs(picture - one).max()
+        print(f"turned, {ranks} ranks: {off:.5f} from one rank")
+        assert code == 0 and off <= 1 / 255, (code, off)
+
+
+def check_page(page):
+    """The commands of the documentation, in a folder with a volume of that name."""
+    with open(page, encoding="utf-8") as text:
+        commands = [line.strip() for line in text if re.match(r" {4}mpirun ", line)]
+    assert len(commands) == 1, commands
+    os.symlink(MPIEXEC, "mpirun")
+    path = os.pathsep.join((os.getcwd(), os.path.dirname(SORTLAST), os.environ["PATH"]))
+    for command in commands:
+        done = subprocess.run(
+            ["bash", "-euc", command], env=dict(ENVIRONMENT, PATH=path), text=True,
+            capture_output=True, check=False, timeout=500
+        )
+        print(done.stdout, end="")
+        assert done.returncode == 0 and "all ranks read" in done.stdout, (command, done)
+
+
 def run_nothing(ranks):
     """No rank has a file: no picture."""
     command = [MPIEXEC, "-np", str(ranks), SORTLAST, "nothing%r.h5", "nothing.png"]
@@ -115,6 +143,7 @@ def run_nothing(ranks):
     return done.returncode, None, None, done.stderr
 
 
+PAGE = os.path.abspath(PAGE)
 with tempfile.TemporaryDirectory() as folder:
     os.chdir(folder)
     subprocess.run(
@@ -126,6 +155,10 @@ with tempfile.TemporaryDirectory() as folder:
     check_equal("volume.h5", [])
     check_equal("volume.h5", ["--shade", "--direction", "-1", "0.3", "0.2"])
     check_equal("volume.h5", ["--shade", "--marcher", "gpu"])
+    check_turned("volume.h5")
     check_missing_file("volume.h5")
+    os.remove("picture.png")
+    check_page(PAGE)
+    assert os.path.getsize("picture.png") > 10000
     os.chdir("/")
 print("all equal")

@@ -80,14 +80,85 @@ std::vector<float> Ranks::Draw()
   return BlendFrontToBack(sorted);
 }
 
-void Ranks::Rebalance()
+std::vector<float> Ranks::DrawKnowingOthers(std::vector<float>* seen)
 {
-  vtkNew<vtkDoubleArray> weights;
+  const bool suspects = this->LastTiles->GetNumberOfValues() > 0;
+  vtkNew<vtkFloatArray> inFront;
+  for (int r = 0; r < this->Count(); ++r)
+  {
+    if (suspects)
+    {
+      this->InFrontOf(r, this->LastTiles, inFront);
+    }
+    this->At(r).Mapper->SuspectHidden(suspects ? inFront.Get() : nullptr);
+  }
+  std::vector<float> picture = this->Draw();
+  this->SeenBytes = this->BytesRead();
+  if (seen)
+  {
+    *seen = picture;
+  }
+  this->GatherTiles(this->LastTiles);
+  if (suspects)
+  {
+    for (int r = 0; r < this->Count(); ++r)
+    {
+      this->InFrontOf(r, this->LastTiles, inFront);
+      EXPECT_TRUE(this->At(r).Mapper->ConfirmHidden(inFront)) << "rank " << r;
+    }
+    picture = this->Draw();
+    this->GatherTiles(this->LastTiles);
+  }
+  return picture;
+}
+
+bool Ranks::AreConverged()
+{
+  return std::all_of(this->Stages.begin(), this->Stages.end(),
+    [](const auto& stage) { return stage->Mapper->IsConverged(); });
+}
+
+void Ranks::GatherTiles(vtkFloatArray* ofAll)
+{
+  ofAll->Reset();
+  for (int r = 0; r < this->Count(); ++r)
+  {
+    vtkNew<vtkFloatArray> tiles;
+    EXPECT_TRUE(this->At(r).Mapper->GetOpacityTiles(tiles)) << "rank " << r;
+    for (vtkIdType i = 0; i < tiles->GetNumberOfValues(); ++i)
+    {
+      ofAll->InsertNextValue(tiles->GetValue(i));
+    }
+  }
+}
+
+void Ranks::InFrontOf(int rank, vtkFloatArray* ofAll, vtkFloatArray* inFront)
+{
+  vtkNew<vtkIdList> order;
+  EXPECT_TRUE(this->Split->GetFrontToBack(this->At(0).Renderer, this->At(0).Volume, order));
+  EXPECT_TRUE(this->Split->GetOpacityInFront(ofAll, order, rank, inFront));
+}
+
+void Ranks::AddWeights(vtkDoubleArray* weights)
+{
   for (int r = 0; r < this->Count(); ++r)
   {
     this->At(r).Mapper->AddBrickWeights(this->Split, weights);
   }
+}
+
+void Ranks::Rebalance()
+{
+  vtkNew<vtkDoubleArray> weights;
+  this->AddWeights(weights);
   EXPECT_TRUE(this->Split->SetWeights(weights));
+}
+
+bool Ranks::RebalanceIfWorthIt()
+{
+  vtkNew<vtkDoubleArray> weights;
+  this->AddWeights(weights);
+  return this->Split->Rebalance(weights);
 }
 
 std::uint64_t Ranks::BytesRead() const

@@ -10,9 +10,11 @@
 #include <functional>
 #include <memory>
 #include <vector>
+#include <vtkFloatArray.h>
 #include <vtkNew.h>
 
 class vtkBlockSplit;
+class vtkDoubleArray;
 
 namespace teravox::test
 {
@@ -46,8 +48,22 @@ public:
 
   /// Gives each rank its block, draws all, and blends what they have drawn.
   std::vector<float> Draw();
+  /// The same, but what the ranks suspect to be hidden by others, by the pictures that they drew
+  /// last, is drawn only if those of this view don't confirm it. `seen`: the picture without it.
+  std::vector<float> DrawKnowingOthers(std::vector<float>* seen = nullptr);
+  /// BytesRead() when that had been drawn.
+  std::uint64_t BytesReadForSeen() const { return this->SeenBytes; }
+  /// Whether all ranks have converged.
+  bool AreConverged();
+  /// Least opacities of the tiles of what each rank has drawn, one rank after the other.
+  void GatherTiles(vtkFloatArray* ofAll);
+  /// Of those what lies in front of a rank's block.
+  void InFrontOf(int rank, vtkFloatArray* ofAll, vtkFloatArray* inFront);
+
   /// Divides anew by what the rays of all ranks needed in the last frame (RecordBricksOn()).
   void Rebalance();
+  /// The same where it is worth it; returns whether blocks have moved.
+  bool RebalanceIfWorthIt();
 
   /// Of bricks, since the ranks were made.
   std::uint64_t BytesRead() const;
@@ -57,6 +73,10 @@ public:
   vtkNew<vtkBlockSplit> Split;
 
 private:
+  void AddWeights(vtkDoubleArray* weights);
+
+  vtkNew<vtkFloatArray> LastTiles; ///< empty: nothing was drawn yet
+  std::uint64_t SeenBytes = 0;
   std::vector<std::shared_ptr<RecordingSource>> Sources;
   std::vector<std::unique_ptr<Stage>> Stages;
 };

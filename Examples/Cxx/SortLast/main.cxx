@@ -4,12 +4,16 @@
 // Sort-last rendering of one pyramid by the ranks of an MPI program:
 //
 //   mpirun -np 4 SortLast FILE.h5 PICTURE.png [--size WIDTH HEIGHT] [--frames N]
-//     [--direction X Y Z] [--shade] [--marcher native|gpu] [--brick EDGE] [--floats FILE]
+//     [--turn DEGREES] [--preview LEVELS] [--direction X Y Z] [--shade] [--marcher native|gpu]
+//     [--brick EDGE] [--floats FILE]
 //
-// Each rank draws one block of the volume and reads only what that needs. With several frames the
-// blocks are divided anew before each of them, by what the rays needed in the one before. "%r" in
-// FILE is replaced by the rank, for copies on local disks. A rank whose file can't be opened leaves
-// its block out and says so; the program's exit code is 3 then, and where bricks can't be read.
+// Each rank draws one block of the volume and reads only what that needs. With several frames,
+// between which the camera may turn, the blocks are divided anew where the rays of the one before
+// needed bricks, if that is worth it. What a rank suspects to be hidden by the others, by the frame
+// before or by a preview that is so many levels coarser, it draws only if their pictures in this
+// frame don't hide it. "%r" in FILE is replaced by the rank, for copies on local disks. A rank
+// whose file can't be opened leaves its block out and says so; the program's exit code is 3 then,
+// and where bricks can't be read.
 #include "Blend.h"
 
 #include <algorithm>
@@ -26,6 +30,7 @@
 #include <vtkBrickSource.h>
 #include <vtkCamera.h>
 #include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
 #include <vtkHDF5PyramidReader.h>
 #include <vtkIdList.h>
 #include <vtkImageData.h>
@@ -50,6 +55,8 @@ struct Options
   int Height = 512;
   int Frames = 1;
   int BrickSize = 64;
+  int Preview = 0;
+  double Turn = 0;
   std::array<double, 3> Direction{ 0.5, 1, 0.4 };
   bool Shade = false;
   int Marcher = vtkOutOfCoreVolumeMapper::MARCHER_AUTOMATIC;
@@ -70,6 +77,14 @@ bool Parse(int argc, char** argv, Options& options)
     else if (word == "--frames")
     {
       options.Frames = std::atoi(next().c_str());
+    }
+    else if (word == "--turn")
+    {
+      options.Turn = std::atof(next().c_str());
+    }
+    else if (word == "--preview")
+    {
+      options.Preview = std::atoi(next().c_str());
     }
     else if (word == "--brick")
     {
@@ -159,7 +174,7 @@ public:
   /// Premultiplied RGBA, rows from the bottom; empty without a file or a block.
   std::vector<float> Draw(const int extent[6])
   {
-    if (!this->Readable || extent[0] > extent[1])
+    if (!this->Draws(extent))
     {
       return {};
     }
@@ -172,6 +187,22 @@ public:
     }
     const auto* first = static_cast<const float*>(image->GetScalarPointer());
     return { first, first + 4 * image->GetNumberOfPoints() };
+  }
+
+  bool Draws(const int extent[6]) const { return this->Readable && extent[0] <= extent[1]; }
+
+  /// A picture of coarser levels, of which only opacities are of use.
+  void DrawPreview(const int extent[6], int levels)
+  {
+    this->Mapper->SetLevelOfDetailBias(levels);
+    this->Draw(extent);
+    this->Mapper->SetLevelOfDetailBias(0);
+  }
+
+  void Turn(double degrees)
+  {
+    this->Renderer->GetActiveCamera()->Azimuth(degrees);
+    this->Renderer->ResetCameraClippingRange();
   }
 
   bool Readable = false;
@@ -213,6 +244,68 @@ Division Divide(Painter& painter, int rank, int ranks, int lead)
   return division;
 }
 
+/// What lies in front of this rank's block, by the pictures that all have just drawn.
+class Occlusion
+{
+public:
+  /// Collective.
+  void Exchange(Painter& painter, const Division& division, int rank, int ranks)
+  {
+    vtkNew<vtkFloatArray> mine;
+    const bool draws = painter.Draws(&division.Extents[6 * static_cast<std::size_t>(rank)]);
+    int tiles = draws && painter.Mapper->GetOpacityTiles(mine)
+      ? static_cast<int>(mine->GetNumberOfValues())
+      : 0;
+    const int own = tiles;
+    MPI_Allreduce(&own, &tiles, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+    if (own != tiles)
+    {
+      mine->SetNumberOfValues(tiles);
+      mine->FillValue(0);
+    }
+    this->OfAll->SetNumberOfValues(vtkIdType{ tiles } * ranks);
+    MPI_Allgather(mine->GetPointer(0), tiles, MPI_FLOAT, this->OfAll->GetPointer(0), tiles,
+      MPI_FLOAT, MPI_COMM_WORLD);
+    this->Known = tiles > 0;
+  }
+
+  /// By the last pictures, perhaps of another view.
+  void Suspect(Painter& painter, const Division& division, int rank)
+  {
+    if (this->Find(painter, division, rank))
+    {
+      painter.Mapper->SuspectHidden(this->InFront);
+    }
+  }
+
+  /// By those of this view. Returns whether something is to be drawn that wasn't.
+  bool Confirm(Painter& painter, const Division& division, int rank)
+  {
+    return this->Find(painter, division, rank) && !painter.Mapper->IsConverged() &&
+      painter.Mapper->ConfirmHidden(this->InFront);
+  }
+
+  bool Known = false;
+
+private:
+  bool Find(Painter& painter, const Division& division, int rank)
+  {
+    if (!this->Known || !painter.Draws(&division.Extents[6 * static_cast<std::size_t>(rank)]))
+    {
+      return false;
+    }
+    vtkNew<vtkIdList> order;
+    for (const int block : division.Order)
+    {
+      order->InsertNextId(block);
+    }
+    return painter.Split->GetOpacityInFront(this->OfAll, order, rank, this->InFront);
+  }
+
+  vtkNew<vtkFloatArray> OfAll;
+  vtkNew<vtkFloatArray> InFront;
+};
+
 /// What the rays of all ranks needed in the last frame becomes the weights of the next division.
 void WeighAnew(Painter& painter, int rank, int lead)
 {
@@ -234,7 +327,7 @@ void WeighAnew(Painter& painter, int rank, int lead)
     lead, MPI_COMM_WORLD);
   if (rank == lead)
   {
-    painter.Split->SetWeights(all);
+    painter.Split->Rebalance(all);
   }
 }
 
@@ -323,15 +416,28 @@ int Run(const Options& options, int rank, int ranks)
 
   std::vector<float> picture;
   double failures = 0;
+  Occlusion occlusion;
   for (int frame = 0; frame < options.Frames; ++frame)
   {
     const Division division = Divide(painter, rank, ranks, lead);
+    const int* extent = &division.Extents[6 * static_cast<std::size_t>(rank)];
     Report report;
     const std::uint64_t bytesBefore = painter.Mapper->GetBytesRead();
     const std::uint64_t bricksBefore = painter.Mapper->GetNumberOfBricksLoaded();
     const double begin = Now();
-    const std::vector<float> mine =
-      painter.Draw(&division.Extents[6 * static_cast<std::size_t>(rank)]);
+    if (frame == 0 && options.Preview > 0)
+    {
+      painter.DrawPreview(extent, options.Preview);
+      occlusion.Exchange(painter, division, rank, ranks);
+    }
+    const bool suspects = occlusion.Known;
+    occlusion.Suspect(painter, division, rank);
+    std::vector<float> mine = painter.Draw(extent);
+    occlusion.Exchange(painter, division, rank, ranks);
+    if (suspects && occlusion.Confirm(painter, division, rank))
+    {
+      mine = painter.Draw(extent);
+    }
     report.Draw = Now() - begin;
     report.Bytes = static_cast<double>(painter.Mapper->GetBytesRead() - bytesBefore);
     report.Bricks = static_cast<double>(painter.Mapper->GetNumberOfBricksLoaded() - bricksBefore);
@@ -350,6 +456,7 @@ int Run(const Options& options, int rank, int ranks)
     if (frame + 1 < options.Frames)
     {
       WeighAnew(painter, rank, lead);
+      painter.Turn(options.Turn);
     }
   }
   if (rank == 0)
@@ -379,8 +486,9 @@ int main(int argc, char** argv)
   else if (rank == 0)
   {
     std::fprintf(stderr,
-      "usage: SortLast FILE.h5 PICTURE.png [--size WIDTH HEIGHT] [--frames N] [--direction X Y Z]\n"
-      "         [--shade] [--marcher native|gpu] [--brick EDGE] [--floats FILE]\n");
+      "usage: SortLast FILE.h5 PICTURE.png [--size WIDTH HEIGHT] [--frames N] [--turn DEGREES]\n"
+      "         [--preview LEVELS] [--direction X Y Z] [--shade] [--marcher native|gpu]\n"
+      "         [--brick EDGE] [--floats FILE]\n");
   }
   MPI_Finalize();
   return code;

@@ -40,6 +40,10 @@ Result<Reader> OpenImage(const std::string& name)
   {
     return OpenRaw(ReadNRRDHeader(name));
   }
+  if (EndsWith(name, ".vtk"))
+  {
+    return OpenRaw(ReadLegacyVTKHeader(name));
+  }
   if (EndsWith(name, ".nii") || EndsWith(name, ".nii.gz") || EndsWith(name, ".hdr"))
   {
     return OpenRaw(ReadNIfTIHeader(name, 0));
@@ -87,7 +91,7 @@ TEST(Import, EveryFormatGivesItsVoxelsAndTheirPlace)
 {
   TERAVOX_FORMAT_FILES(files, "images");
   const std::vector<Listed> all = ListOf(*files);
-  ASSERT_GT(all.size(), 45u);
+  ASSERT_GT(all.size(), 75u);
   std::mt19937 random(5);
   for (const Listed& one : all)
   {
@@ -174,6 +178,10 @@ TEST(Import, WhatCantBeReadIsNamed)
   expect("cut.nii.gz", StatusCode::Corrupt, "cut off");
   expect("long.mha", StatusCode::Unsupported, "MET_LONG");
   expect("text.nrrd", StatusCode::Unsupported, "bzip2");
+  expect("cut.vtk", StatusCode::Corrupt, "too short");
+  expect("word.vtk", StatusCode::Corrupt, "no number");
+  expect("large.vtk", StatusCode::Corrupt, "no number that i16 holds");
+  expect("vectors.vtk", StatusCode::Unsupported, "other arrays than scalars");
   expect("absent.mha", StatusCode::NotFound, "absent.mha");
   expect("absent.tif", StatusCode::NotFound, "absent.tif");
   const auto time = ReadNIfTIHeader(files->File("series.nii"), 2);
@@ -259,9 +267,9 @@ TEST(Import, MutatedFilesAreErrorsOrVolumes)
   TERAVOX_FORMAT_FILES(files, "images");
   const TemporaryFolder folder;
   std::mt19937 random(6);
-  for (const char* name :
-    { "local_u2.mha", "packed.mha", "raw.nrrd", "gzip.nrrd", "qform.nii", "sform.nii.gz",
-      "pages_u1.tif", "pages_i1.tif", "pages_i2.tif", "imagej.tif", "ct/0.dcm", "ct/5.dcm" })
+  for (const char* name : { "local_u2.mha", "packed.mha", "raw.nrrd", "gzip.nrrd", "qform.nii",
+         "sform.nii.gz", "text_f4.vtk", "binary_i2.vtk", "palette_4_65535_0.tif", "pages_u1.tif",
+         "pages_i1.tif", "pages_i2.tif", "imagej.tif", "ct/0.dcm", "ct/5.dcm" })
   {
     SCOPED_TRACE(name);
     std::ifstream in(files->File(name), std::ios::binary);

@@ -121,6 +121,12 @@ Result<std::unique_ptr<TextNumbers>> TextNumbers::Open(const std::string& fileNa
 
 void TextNumbers::GoTo(std::int64_t position)
 {
+  const std::int64_t at = position - this->Begin;
+  if (at >= 0 && at <= static_cast<std::int64_t>(this->Buffer.size()))
+  {
+    this->At = static_cast<std::size_t>(at);
+    return;
+  }
   this->Buffer.clear();
   this->Begin = position;
   this->At = 0;

@@ -5,6 +5,7 @@
 #include "Import/RawVolume.h"
 #include "Import/SliceVoxelReader.h"
 #include "Import/TIFFStack.h"
+#include "ProcessMemory.h"
 #include "TestFormatsSupport.h"
 
 #include <algorithm>
@@ -234,6 +235,46 @@ TEST(Import, SlicesAreReadOnceWhileTheyFit)
       ASSERT_TRUE(slices->ReadBox({ x, 0, 0 }, { 8, 8, 12 }, box.data()).Ok());
     }
     EXPECT_EQ(slices->SlicesRead(), fit ? 12u : 60u);
+  }
+}
+
+/// Of text, legacy VTK and palettes, too, only pieces are in memory, not the volume.
+TEST(Import, ReadersHoldLessThanAQuarterOfTheVolume)
+{
+  TERAVOX_FORMAT_FILES(files, "images");
+  for (const char* name : { "held.vtk", "held_binary.vtk", "held.nrrd", "held_palette.tif" })
+  {
+    SCOPED_TRACE(name);
+    const std::vector<std::byte> truth =
+      files->Array(EndsWith(name, ".tif") ? "held_grey" : "held");
+    const std::uint64_t before = test::AllocatedBytes();
+    const auto opened = OpenImage(files->File(name));
+    ASSERT_TRUE(opened.Ok()) << opened.GetStatus().Message();
+    auto* slices = dynamic_cast<SliceVoxelReader*>(opened.Value().get());
+    if (slices != nullptr)
+    {
+      slices->SetCacheLimit(2 * slices->SliceBytes());
+    }
+    const VoxelReader::Description d = opened.Value()->Describe();
+    const std::size_t slice = truth.size() / static_cast<std::size_t>(d.Dimensions[2]);
+    std::vector<std::byte> slab(2 * slice);
+    std::uint64_t most = 0;
+    for (std::int64_t z = 0; z < d.Dimensions[2]; z += 2)
+    {
+      const Status status =
+        opened.Value()->ReadBox({ 0, 0, z }, { d.Dimensions[0], d.Dimensions[1], 2 }, slab.data());
+      ASSERT_TRUE(status.Ok()) << status.Message();
+      ASSERT_EQ(
+        std::memcmp(slab.data(), truth.data() + static_cast<std::size_t>(z) * slice, slab.size()),
+        0)
+        << z;
+      most = std::max(most, test::AllocatedBytes());
+    }
+    EXPECT_LT(most - std::min(most, before), truth.size() / 4 + slab.size());
+    if (slices != nullptr)
+    {
+      EXPECT_EQ(slices->SlicesRead(), static_cast<std::uint64_t>(d.Dimensions[2]));
+    }
   }
 }
 

@@ -178,6 +178,17 @@ grey = np.arange(256)[::-1] * 257
 put("palette_grey.tif", tiff(a, palettes=[[grey] * 3] * 5))
 listed("palette_grey.tif", 255 - a)
 
+# Several megabytes each, of which readers hold little.
+a = volume((96, 128, 128), "<u2", 100)
+keep(folder, "held", a)
+words = text(a)
+put("held.vtk", vtk(a, words, "ASCII"))
+put("held_binary.vtk", vtk(a, big(a), "BINARY"))
+put("held.nrrd", b"NRRD0001\ntype: ushort\ndimension: 3\nsizes: 128 128 96\nencoding: ascii\n\n" + words)
+indices = (a >> 8).astype("u1")
+keep(folder, "held_grey", 255 - indices)
+put("held_palette.tif", tiff(indices, palettes=[[grey] * 3] * 96, packed=True))
+
 
 # DICOM.
 a = volume((7, 17, 23), "<u2", 70) >> 4

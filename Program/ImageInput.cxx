@@ -144,16 +144,15 @@ Result<ImageInput> Whole(const Opened& opened, const std::string& fileName, std:
 }
 
 /// Ours, or VTK's for what ours leave.
-template <typename Reader>
 Result<ImageInput> StreamedOrWhole(Result<ImageInput> streamed, const std::string& fileName,
-  const ImportOptions& import, std::uint64_t memory)
+  const ImportOptions& import, std::uint64_t memory, Opened (*open)(const std::string&))
 {
   if (streamed.Ok() || streamed.GetStatus().Code() != StatusCode::Unsupported || import.Spacing ||
     import.Origin)
   {
     return streamed;
   }
-  const Opened opened = OpenImageFile<Reader>(fileName);
+  const Opened opened = open(fileName);
   return opened.Ok() ? Whole(opened, fileName, memory) : Result<ImageInput>(streamed.GetStatus());
 }
 
@@ -217,14 +216,15 @@ Result<ImageInput> OpenImage(
     request.Memory = memory;
     Result<ImageInput> streamed = Streamed(ImageVolume::Open(request));
     return any({ ".nii", ".nii.gz", ".hdr", ".hdr.gz", ".img", ".img.gz" })
-      ? StreamedOrWhole<vtkNIFTIImageReader>(streamed, fileName, import, memory)
+      ? StreamedOrWhole(streamed, fileName, import, memory, &OpenImageFile<vtkNIFTIImageReader>)
       : any({ ".mha", ".mhd" })
-      ? StreamedOrWhole<vtkMetaImageReader>(streamed, fileName, import, memory)
+      ? StreamedOrWhole(streamed, fileName, import, memory, &OpenImageFile<vtkMetaImageReader>)
       : any({ ".nrrd", ".nhdr" })
-      ? StreamedOrWhole<vtkNrrdReader>(streamed, fileName, import, memory)
+      ? StreamedOrWhole(streamed, fileName, import, memory, &OpenImageFile<vtkNrrdReader>)
       : any({ ".tif", ".tiff" })
-      ? StreamedOrWhole<vtkTIFFReader>(streamed, fileName, import, memory)
-      : streamed;
+      ? StreamedOrWhole(streamed, fileName, import, memory, &OpenImageFile<vtkTIFFReader>)
+      : any({ ".vtk" }) ? StreamedOrWhole(streamed, fileName, import, memory, &OpenLegacyImage)
+                        : streamed;
   }
   std::error_code error;
   if (!std::filesystem::exists(fileName, error))
@@ -240,10 +240,6 @@ Result<ImageInput> OpenImage(
     return Status(StatusCode::InvalidArgument,
       fmt::format(
         "{} says itself where its voxels lie; --spacing and --origin are for images.", fileName));
-  }
-  if (any({ ".vtk" }))
-  {
-    return Whole(OpenLegacyImage(fileName), fileName, memory);
   }
   const bool chunked = IsHDF5Name(fileName) && !any({ ".vti" });
   const std::uint64_t chunks = chunked ? std::min(memory / 4, HDF5OpenOptions().MemoryBudget) : 0;

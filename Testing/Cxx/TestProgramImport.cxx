@@ -96,10 +96,12 @@ TEST(ProgramImport, RawVoxelsAreDescribedByArguments)
 TEST(ProgramImport, WhatOnlyVTKReadsMustFitIntoTheMemory)
 {
   const TemporaryFolder kept;
-  const std::string text = kept.File("text.nrrd");
+  const std::string text = kept.File("vectors.vtk");
   {
     std::ofstream out(text);
-    out << "NRRD0001\ntype: uchar\ndimension: 3\nsizes: 400 400 400\nencoding: ascii\n\n1 2 3\n";
+    out << "# vtk DataFile Version 3.0\nvectors\nASCII\nDATASET STRUCTURED_POINTS\n"
+           "DIMENSIONS 400 400 400\nSPACING 1 1 1\nORIGIN 0 0 0\nPOINT_DATA 64000000\n"
+           "VECTORS v float\n1 2 3\n";
   }
   const Outcome outcome = RunProgram({ "convert", text, kept.File("out.h5"), "--memory", "100M" });
   EXPECT_EQ(outcome.ExitCode, 1);

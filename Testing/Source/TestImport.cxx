@@ -5,6 +5,7 @@
 #include "Import/RawVolume.h"
 #include "Import/SliceVoxelReader.h"
 #include "Import/TIFFStack.h"
+#include "ProcessMemory.h"
 #include "TestFormatsSupport.h"
 
 #include <algorithm>
@@ -39,6 +40,10 @@ Result<Reader> OpenImage(const std::string& name)
   if (EndsWith(name, ".nrrd") || EndsWith(name, ".nhdr"))
   {
     return OpenRaw(ReadNRRDHeader(name));
+  }
+  if (EndsWith(name, ".vtk"))
+  {
+    return OpenRaw(ReadLegacyVTKHeader(name));
   }
   if (EndsWith(name, ".nii") || EndsWith(name, ".nii.gz") || EndsWith(name, ".hdr"))
   {
@@ -87,7 +92,7 @@ TEST(Import, EveryFormatGivesItsVoxelsAndTheirPlace)
 {
   TERAVOX_FORMAT_FILES(files, "images");
   const std::vector<Listed> all = ListOf(*files);
-  ASSERT_GT(all.size(), 45u);
+  ASSERT_GT(all.size(), 75u);
   std::mt19937 random(5);
   for (const Listed& one : all)
   {
@@ -174,6 +179,10 @@ TEST(Import, WhatCantBeReadIsNamed)
   expect("cut.nii.gz", StatusCode::Corrupt, "cut off");
   expect("long.mha", StatusCode::Unsupported, "MET_LONG");
   expect("text.nrrd", StatusCode::Unsupported, "bzip2");
+  expect("cut.vtk", StatusCode::Corrupt, "too short");
+  expect("word.vtk", StatusCode::Corrupt, "no number");
+  expect("large.vtk", StatusCode::Corrupt, "no number that i16 holds");
+  expect("vectors.vtk", StatusCode::Unsupported, "other arrays than scalars");
   expect("absent.mha", StatusCode::NotFound, "absent.mha");
   expect("absent.tif", StatusCode::NotFound, "absent.tif");
   const auto time = ReadNIfTIHeader(files->File("series.nii"), 2);
@@ -229,6 +238,46 @@ TEST(Import, SlicesAreReadOnceWhileTheyFit)
   }
 }
 
+/// Of text, legacy VTK and palettes, too, only pieces are in memory, not the volume.
+TEST(Import, ReadersHoldLessThanAQuarterOfTheVolume)
+{
+  TERAVOX_FORMAT_FILES(files, "images");
+  for (const char* name : { "held.vtk", "held_binary.vtk", "held.nrrd", "held_palette.tif" })
+  {
+    SCOPED_TRACE(name);
+    const std::vector<std::byte> truth =
+      files->Array(EndsWith(name, ".tif") ? "held_grey" : "held");
+    const std::uint64_t before = test::AllocatedBytes();
+    const auto opened = OpenImage(files->File(name));
+    ASSERT_TRUE(opened.Ok()) << opened.GetStatus().Message();
+    auto* slices = dynamic_cast<SliceVoxelReader*>(opened.Value().get());
+    if (slices != nullptr)
+    {
+      slices->SetCacheLimit(2 * slices->SliceBytes());
+    }
+    const VoxelReader::Description d = opened.Value()->Describe();
+    const std::size_t slice = truth.size() / static_cast<std::size_t>(d.Dimensions[2]);
+    std::vector<std::byte> slab(2 * slice);
+    std::uint64_t most = 0;
+    for (std::int64_t z = 0; z < d.Dimensions[2]; z += 2)
+    {
+      const Status status =
+        opened.Value()->ReadBox({ 0, 0, z }, { d.Dimensions[0], d.Dimensions[1], 2 }, slab.data());
+      ASSERT_TRUE(status.Ok()) << status.Message();
+      ASSERT_EQ(
+        std::memcmp(slab.data(), truth.data() + static_cast<std::size_t>(z) * slice, slab.size()),
+        0)
+        << z;
+      most = std::max(most, test::AllocatedBytes());
+    }
+    EXPECT_LT(most - std::min(most, before), truth.size() / 4 + slab.size());
+    if (slices != nullptr)
+    {
+      EXPECT_EQ(slices->SlicesRead(), static_cast<std::uint64_t>(d.Dimensions[2]));
+    }
+  }
+}
+
 TEST(Import, NamesAreInNaturalOrder)
 {
   const TemporaryFolder folder;
@@ -259,9 +308,9 @@ TEST(Import, MutatedFilesAreErrorsOrVolumes)
   TERAVOX_FORMAT_FILES(files, "images");
   const TemporaryFolder folder;
   std::mt19937 random(6);
-  for (const char* name :
-    { "local_u2.mha", "packed.mha", "raw.nrrd", "gzip.nrrd", "qform.nii", "sform.nii.gz",
-      "pages_u1.tif", "pages_i1.tif", "pages_i2.tif", "imagej.tif", "ct/0.dcm", "ct/5.dcm" })
+  for (const char* name : { "local_u2.mha", "packed.mha", "raw.nrrd", "gzip.nrrd", "qform.nii",
+         "sform.nii.gz", "text_f4.vtk", "binary_i2.vtk", "palette_4_65535_0.tif", "pages_u1.tif",
+         "pages_i1.tif", "pages_i2.tif", "imagej.tif", "ct/0.dcm", "ct/5.dcm" })
   {
     SCOPED_TRACE(name);
     std::ifstream in(files->File(name), std::ios::binary);

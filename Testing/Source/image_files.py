@@ -24,6 +24,29 @@ def meta(a, data, spacing=(1, 1, 1), origin=(0, 0, 0), direction=identity, extra
             f"ElementDataFile = {data}\n").encode()
 
 
+# Numbers as text, in lines of a few, with every blank that is allowed.
+def text(a, separators=(" ",)):
+    each = a.ravel()
+    words = [repr(v.item()) for v in each]
+    return "".join(w + ("\n" if i % 9 == 8 else separators[i % len(separators)])
+                   for i, w in enumerate(words)).encode()
+
+
+# Legacy VTK.
+legacy = {"u1": "unsigned_char", "i1": "char", "u2": "unsigned_short", "i2": "short",
+          "u4": "unsigned_int", "i4": "int", "f4": "float", "f8": "double"}
+
+
+def vtk(a, data, form, spacing=(1, 1, 1), origin=(0, 0, 0), name="some%20values", spacing_key="SPACING"):
+    n = a.shape[3] if a.ndim == 4 else 1
+    numbers = lambda v: " ".join(repr(float(x)) for x in v)
+    return (f"# vtk DataFile Version 3.0\na title\n{form}\nDATASET STRUCTURED_POINTS\n"
+            f"DIMENSIONS {a.shape[2]} {a.shape[1]} {a.shape[0]}\n{spacing_key} {numbers(spacing)}\n"
+            f"ORIGIN {numbers(origin)}\nPOINT_DATA {a.size // n}\n"
+            f"SCALARS {name} {legacy[a.dtype.str[1:]]}{f' {n}' if n > 1 else ''}\n"
+            f"LOOKUP_TABLE default\n").encode() + data
+
+
 # NIfTI.
 codes = {"u1": 2, "i2": 4, "i4": 8, "f4": 16, "f8": 64, "i1": 256, "u2": 512, "u4": 768}
 
@@ -48,7 +71,14 @@ def nifti(a, order, sform=None, qform=None, times=1, colour=False):
 
 # TIFF.
 def tiff(pages, order="<", strip=5, packed=False, tile=None, description="", resolution=None,
-         orientation=1, thumbnail=False):
+         orientation=1, thumbnail=False, palettes=None, bits=8):
+    """With `palettes`, of each page 3 x 2^bits numbers, pages are indices (u1, or u2 if bits are 16)."""
+    def packed_bits(block):
+        if palettes is None or bits >= 8:
+            return block.tobytes()
+        each = np.unpackbits(block[..., None], axis=-1)[..., 8 - bits:]
+        return np.packbits(each.reshape(block.shape[0], -1), axis=1).tobytes()
+
     out = bytearray(struct.pack(order + "2sHI", b"II" if order == "<" else b"MM", 42, 0))
     link = 4
     for number, page in enumerate(pages):
@@ -63,18 +93,20 @@ def tiff(pages, order="<", strip=5, packed=False, tile=None, description="", res
                     block = np.zeros((tile, tile) + page.shape[2:], rows.dtype)
                     part = rows[y:y + tile, x:x + tile]
                     block[:part.shape[0], :part.shape[1]] = part
-                    blocks.append(block.tobytes())
+                    blocks.append(packed_bits(block))
         else:
-            blocks = [rows[y:y + strip].tobytes() for y in range(0, h, strip)]
+            blocks = [packed_bits(rows[y:y + strip]) for y in range(0, h, strip)]
         blocks = [zlib.compress(b) if packed else b for b in blocks]
         starts = []
         for b in blocks:
             starts.append(len(out))
             out += b + b"\0" * (len(b) % 2)
         kind = {"u": 1, "i": 2, "f": 3}[page.dtype.kind]
-        tags = [(256, 4, [w]), (257, 4, [h]), (258, 3, [8 * page.dtype.itemsize] * n),
-                (259, 3, [8 if packed else 1]), (262, 3, [2 if n >= 3 else 1]),
+        tags = [(256, 4, [w]), (257, 4, [h]), (258, 3, [bits if palettes is not None else 8 * page.dtype.itemsize] * n),
+                (259, 3, [8 if packed else 1]), (262, 3, [3 if palettes is not None else 2 if n >= 3 else 1]),
                 (274, 3, [orientation]), (277, 3, [n]), (339, 3, [kind] * n)]
+        if palettes is not None:
+            tags.append((320, 3, [int(v) for v in np.asarray(palettes[number]).ravel()]))
         if thumbnail and number % 2:
             tags.append((254, 4, [1]))
         if tile:

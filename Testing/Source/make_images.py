@@ -14,7 +14,7 @@ import zlib
 import numpy as np
 
 from format_files import keep, volume
-from image_files import codes, dicom, identity, meta, met, nifti, tiff
+from image_files import codes, dicom, identity, legacy, meta, met, nifti, text, tiff, vtk
 
 folder = sys.argv[1]
 lines = []
@@ -87,6 +87,29 @@ put("colours.nrrd", b"NRRD0001\ntype: unsigned char\ndimension: 4\nsizes: 4 23 1
     a.tobytes())
 listed("colours.nrrd", a, spacing=(2, 3, 4))
 
+# Text.
+put("ascii.nrrd", (header.replace("type: float", "type: uchar") + "encoding: ascii\n\n").encode() +
+    text(a[..., 0]))
+listed("ascii.nrrd", a[..., 0], **place)
+for seed, dtype in enumerate(legacy):
+    a = volume((9, 17, 23), dtype, 80 + seed)
+    put(f"text_{dtype}.vtk", vtk(a, text(a, (" ", "  ", "\t", "\r\n")), "ASCII", (0.5, 0.75, 2), (10, -20, 30.5)))
+    put(f"binary_{dtype}.vtk", vtk(a, big(a), "BINARY", (0.5, 0.75, 2), (10, -20, 30.5),
+                                   spacing_key="ASPECT_RATIO"))
+    for name in (f"text_{dtype}.vtk", f"binary_{dtype}.vtk"):
+        listed(name, a, spacing=(0.5, 0.75, 2), origin=(10, -20, 30.5))
+a = colours((9, 17, 23), "<i2", 3)
+put("text.mha", meta(a, "LOCAL").replace(b"BinaryData = True", b"BinaryData = False") + text(a))
+listed("text.mha", a)
+put("apart_text.nhdr", b"NRRD0001\ntype: short\ndimension: 3\nsizes: 23 17 9\nencoding: txt\n"
+    b"data file: apart.txt\n")
+put("apart.txt", text(a[..., 1], (",", ", ")))
+listed("apart_text.nhdr", a[..., 1])
+put("cut.vtk", vtk(a[..., 0], text(a[..., 0])[:-40], "ASCII"))
+put("word.vtk", vtk(a[..., 0], b"1 2 x 4", "ASCII"))
+put("large.vtk", vtk(a[..., 0], b"1 2 40000 4", "ASCII"))
+put("vectors.vtk", vtk(a, text(a), "ASCII").replace(b"SCALARS", b"VECTORS"))
+
 # NIfTI.
 for seed, dtype in enumerate(codes):
     a = volume((9, 17, 23), dtype, 30 + seed)
@@ -136,6 +159,35 @@ listed("numbered/a_%03d.tif", a)
 put("imagej.tif", tiff(a, resolution=(4000, 4000, 1), description="ImageJ=1.53t\nimages=12\n"
     "channels=2\nslices=3\nframes=2\nhyperstack=true\nunit=micron\nspacing=1.5\nloop=false\n"))
 listed("imagej.tif", a[0:6:2], spacing=(0.25, 0.25, 1.5))
+
+# TIFF with palettes, one of its own for each page; 16-bit numbers, or 8-bit ones as old programs write.
+for bits, kind, limit in ((1, "u1", 65535), (2, "u1", 65535), (4, "u1", 65535), (8, "u1", 65535),
+                          (8, "u1", 255), (16, "u2", 65535)):
+    a = volume((5, 33, 47), kind, 90 + bits) & (2 ** bits - 1)
+    palettes = np.random.default_rng(bits).integers(0, limit + 1, (5, 3, 2 ** bits))
+    palettes[:, :, 0] = limit
+    colour = np.stack([palettes[z][:, a[z]] for z in range(5)])  # page, colour, y, x
+    colour = np.moveaxis(colour, 1, -1) >> (8 if limit > 255 else 0)
+    for tile in (None, 16):
+        name = f"palette_{bits}_{limit}_{tile or 0}.tif"
+        put(name, tiff(a, palettes=palettes, bits=bits, tile=tile, packed=bits == 8,
+                       order="<>"[bits % 3 % 2], orientation=4 if bits == 2 else 1))
+        listed(name, colour.astype("u1"))
+a = volume((5, 33, 47), "u1", 99)
+grey = np.arange(256)[::-1] * 257
+put("palette_grey.tif", tiff(a, palettes=[[grey] * 3] * 5))
+listed("palette_grey.tif", 255 - a)
+
+# Several megabytes each, of which readers hold little.
+a = volume((96, 128, 128), "<u2", 100)
+keep(folder, "held", a)
+words = text(a)
+put("held.vtk", vtk(a, words, "ASCII"))
+put("held_binary.vtk", vtk(a, big(a), "BINARY"))
+put("held.nrrd", b"NRRD0001\ntype: ushort\ndimension: 3\nsizes: 128 128 96\nencoding: ascii\n\n" + words)
+indices = (a >> 8).astype("u1")
+keep(folder, "held_grey", 255 - indices)
+put("held_palette.tif", tiff(indices, palettes=[[grey] * 3] * 96, packed=True))
 
 
 # DICOM.

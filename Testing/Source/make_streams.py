@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 from format_files import keep
-from image_files import dicom, meta, nifti, tiff
+from image_files import dicom, meta, nifti, tiff, vtk
 
 folder = sys.argv[1]
 z, y, x = np.ogrid[0:224, 0:256, 0:288]
@@ -36,6 +36,15 @@ put("plain.mha", meta(a, "LOCAL"), raw)
 put("packed.nii.gz", gzip.compress(nifti(a, "<") + raw, 1))
 put("plain.nrrd", b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 288 256 224\nendian: little\n"
     b"encoding: raw\n\n", raw)
+put("binary.vtk", vtk(a, a.astype(">u2").tobytes(), "BINARY"))
+words = np.char.mod("%d ", np.arange(4008)).astype("S5")  # a line of text for each row of voxels
+lines = [b"".join(words[row]) + b"\n" for row in a.reshape(-1, a.shape[2])]
+put("text.vtk", vtk(a, b"", "ASCII"), *lines)
+put("text.nrrd", b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 288 256 224\nencoding: ascii\n\n", *lines)
+grey = np.arange(256) * 257
+indices = (a & 255).astype("u1")
+keep(folder, "indices", indices)
+put("palette.tif", tiff(indices, packed=True, strip=64, palettes=[[grey] * 3] * a.shape[0]))
 put("pages.tif", tiff(a, packed=True, strip=64))
 for k in range(a.shape[0]):
     put(f"stack/slice{k}.tif", tiff(a[k:k + 1]))

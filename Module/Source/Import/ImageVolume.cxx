@@ -27,7 +27,8 @@ enum class Kind
   NRRD,
   NIfTI,
   TIFF,
-  DICOM
+  DICOM,
+  LegacyVTK
 };
 
 struct Extension
@@ -36,11 +37,12 @@ struct Extension
   Kind Of;
 };
 
-constexpr std::array<Extension, 13> Extensions{ { { ".nii", Kind::NIfTI },
+constexpr std::array<Extension, 14> Extensions{ { { ".nii", Kind::NIfTI },
   { ".nii.gz", Kind::NIfTI }, { ".hdr", Kind::NIfTI }, { ".hdr.gz", Kind::NIfTI },
   { ".img", Kind::NIfTI }, { ".img.gz", Kind::NIfTI }, { ".mha", Kind::MetaImage },
   { ".mhd", Kind::MetaImage }, { ".nrrd", Kind::NRRD }, { ".nhdr", Kind::NRRD },
-  { ".tif", Kind::TIFF }, { ".tiff", Kind::TIFF }, { ".dcm", Kind::DICOM } } };
+  { ".tif", Kind::TIFF }, { ".tiff", Kind::TIFF }, { ".dcm", Kind::DICOM },
+  { ".vtk", Kind::LegacyVTK } } };
 
 Kind KindByName(const std::string& name)
 {
@@ -174,6 +176,8 @@ Result<ImageVolume> ImageVolume::Open(const Request& request)
       return Open(ReadMetaImageHeader(name), name, request.Memory);
     case Kind::NRRD:
       return Open(ReadNRRDHeader(name), name, request.Memory);
+    case Kind::LegacyVTK:
+      return Open(ReadLegacyVTKHeader(name), name, request.Memory);
     case Kind::TIFF:
       return OpenStack(request, { name });
     case Kind::DICOM:

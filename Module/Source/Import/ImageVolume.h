@@ -13,8 +13,8 @@
 namespace teravox
 {
 
-/// A volume of image files that is read piece by piece: MetaImage, NRRD, NIfTI, stacks of TIFF
-/// files or pages, series of DICOM files, voxels without a header.
+/// A volume of image files that is read piece by piece: MetaImage, NRRD, NIfTI, legacy VTK,
+/// stacks of TIFF files or pages, series of DICOM files, voxels without a header.
 struct ImageVolume
 {
   struct Request

@@ -201,12 +201,9 @@ Result<RawVolume> ReadMetaImageHeader(const std::string& fileName)
   {
     return status;
   }
-  if (!field({ "BinaryData" }).empty() && !IsTrue(field({ "BinaryData" })))
-  {
-    return Unsupported(fileName, "has its voxels as text");
-  }
+  raw.Text = !field({ "BinaryData" }).empty() && !IsTrue(field({ "BinaryData" }));
   raw.BigEndian = IsTrue(field({ "BinaryDataByteOrderMSB", "ElementByteOrderMSB" }));
-  raw.Compressed = IsTrue(field({ "CompressedData" }));
+  raw.Compressed = !raw.Text && IsTrue(field({ "CompressedData" }));
   const std::string skip = field({ "HeaderSize" });
   raw.Offset =
     skip == "-1" ? -1 : static_cast<std::int64_t>(numbers({ "HeaderSize" }, 1, { 0 })[0]);

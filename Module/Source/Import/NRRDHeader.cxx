@@ -244,9 +244,11 @@ Result<RawVolume> ReadNRRDHeader(const std::string& fileName)
   raw.Volume.Type = *type;
   const std::string encoding = headers::Lower(field("encoding"));
   raw.Compressed = encoding == "gzip" || encoding == "gz";
-  if (encoding != "raw" && !raw.Compressed)
+  raw.Text = encoding == "text" || encoding == "txt" || encoding == "ascii";
+  if (encoding != "raw" && !raw.Compressed && !raw.Text)
   {
-    return Unsupported(fileName, "has the encoding '" + encoding + "'; raw and gzip are read");
+    return Unsupported(
+      fileName, "has the encoding '" + encoding + "'; raw, gzip and text are read");
   }
   raw.BigEndian = headers::Lower(field("endian")) == "big";
   const std::string skip = field("byte skip").empty() ? field("byteskip") : field("byte skip");

@@ -4,6 +4,7 @@
 
 #include "InflateStream.h"
 #include "SliceVoxelReader.h"
+#include "TextNumbers.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -197,6 +198,44 @@ private:
   bool BigEndian;
 };
 
+class TextReader : public SliceVoxelReader
+{
+public:
+  TextReader(const RawVolume& volume, std::unique_ptr<TextNumbers> numbers)
+    : SliceVoxelReader(volume.Volume)
+    , Numbers(std::move(numbers))
+    , Begins{ volume.Offset }
+  {
+  }
+
+protected:
+  Status ReadSlice(std::int64_t z, std::byte* out) override
+  {
+    const auto slice = static_cast<std::size_t>(z);
+    const std::size_t count = this->SliceBytes() / SizeOf(this->Volume.Type);
+    const std::size_t from = std::min(slice, this->Begins.size() - 1);
+    this->Numbers->GoTo(this->Begins[from]);
+    for (std::size_t now = from; now <= slice; ++now)
+    {
+      const Status status =
+        this->Numbers->Read(this->Volume.Type, count, now == slice ? out : nullptr);
+      if (!status.Ok())
+      {
+        return status;
+      }
+      if (now + 1 == this->Begins.size())
+      {
+        this->Begins.push_back(this->Numbers->Position());
+      }
+    }
+    return {};
+  }
+
+private:
+  std::unique_ptr<TextNumbers> Numbers;
+  std::vector<std::int64_t> Begins; // in the file, of the slices met so far and the next
+};
+
 Status Check(const RawVolume& volume)
 {
   const VoxelReader::Description& d = volume.Volume;
@@ -218,6 +257,11 @@ Status Check(const RawVolume& volume)
     return { StatusCode::InvalidArgument,
       name + " and the others are " + std::to_string(volume.Files.size()) + " files for " +
         std::to_string(d.Dimensions[2]) + " slices." };
+  }
+  if (volume.Text && (volume.Files.size() > 1 || volume.Offset < 0))
+  {
+    return { StatusCode::Unsupported,
+      name + " has text in several files, or at the end of one; text in one file is read." };
   }
   if (volume.Compressed && volume.Files.size() > 1)
   {
@@ -245,6 +289,17 @@ Result<std::shared_ptr<VoxelReader>> RawVolume::Open(
       return stream.GetStatus();
     }
     const auto reader = std::make_shared<StreamReader>(volume, std::move(stream.Value()));
+    reader->SetCacheLimit(cacheBytes);
+    return std::shared_ptr<VoxelReader>(reader);
+  }
+  if (volume.Text)
+  {
+    auto numbers = TextNumbers::Open(volume.Files.front());
+    if (!numbers.Ok())
+    {
+      return numbers.GetStatus();
+    }
+    const auto reader = std::make_shared<TextReader>(volume, std::move(numbers.Value()));
     reader->SetCacheLimit(cacheBytes);
     return std::shared_ptr<VoxelReader>(reader);
   }

@@ -24,27 +24,31 @@ struct RawVolume
   bool BigEndian = false;
   bool Compressed = false; ///< as zlib or gzip stream; `Before` bytes of it come before the voxels
   std::int64_t Before = 0;
+  bool Text = false; ///< as numbers that are written out, in one file
 
-  /// From now on voxels are read when they are asked for: as they are, or, of a compressed stream,
-  /// slices, of which `cacheBytes` are kept.
-  /// Errors: InvalidArgument (numbers that can't be), NotFound, Corrupt (a file is too short, says
-  /// by how much), InputOutput.
+  /// From now on voxels are read when they are asked for: as they are, or, of compressed data or
+  /// text, slices, of which `cacheBytes` are kept. Errors: InvalidArgument (numbers that can't be),
+  /// NotFound, Corrupt (a file is too short, says by how much), InputOutput.
   static Result<std::shared_ptr<VoxelReader>> Open(
     const RawVolume& volume, std::uint64_t cacheBytes);
 };
 
 /// MetaImage: .mha, or .mhd with its file or files. Direction and position are taken.
-/// Errors: NotFound, Corrupt; Unsupported (text, more than three axes, 64-bit integers).
+/// Binary or text. Errors: NotFound, Corrupt; Unsupported (more than three axes, 64-bit integers).
 Result<RawVolume> ReadMetaImageHeader(const std::string& fileName);
 
-/// NRRD: .nrrd, or .nhdr with its file or files; raw and gzip. Directions and origin are taken in
-/// the space of the file; up to four values along a first axis without a direction are components.
-/// Errors: as above; Unsupported also for other encodings.
+/// NRRD: .nrrd, or .nhdr with its file or files; raw, gzip and text. Directions and origin are
+/// taken in the space of the file; up to four values along a first axis without a direction are
+/// components. Errors: as above; Unsupported also for other encodings.
 Result<RawVolume> ReadNRRDHeader(const std::string& fileName);
 
 /// NIfTI 1 and 2: .nii, .nii.gz, or .hdr with its .img; of a series the time point. The place of
 /// the voxels is that of the sform, else of the qform. Values are those stored: the header's slope
 /// is left out, as in VTK. Errors: as above; InvalidArgument (no such time point).
 Result<RawVolume> ReadNIfTIHeader(const std::string& fileName, int timePoint);
+
+/// Legacy VTK: structured points whose first array are scalars of up to four components, binary or
+/// ASCII. Errors: NotFound, Corrupt; Unsupported (all else that such files hold).
+Result<RawVolume> ReadLegacyVTKHeader(const std::string& fileName);
 
 } // namespace teravox

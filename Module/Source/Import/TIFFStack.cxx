@@ -67,6 +67,8 @@ struct Page
   ScalarType Type = ScalarType::UInt8;
   int Components = 1;
   bool Flipped = false;
+  unsigned IndexBits = 0;            // of pixels that are indices into a palette; 0: they aren't
+  std::vector<std::uint8_t> Palette; // its colours, as many values each as the voxels have
 
   bool operator==(const Page& o) const
   {
@@ -100,7 +102,69 @@ std::optional<ScalarType> TypeOf(unsigned bits, unsigned format)
   }
 }
 
-Result<Page> Inspect(TIFF* file, const std::string& name)
+/// Colours of a palette are 16-bit numbers; some programs write 8-bit ones, as libtiff knows, too.
+/// Voxels are grey (one value) if `components` is 1 or, when it is 0, if all colours are.
+Status TakePalette(
+  TIFF* file, const std::string& name, unsigned bits, unsigned samples, int components, Page& page)
+{
+  std::array<std::uint16_t*, 3> colours{};
+  if (samples != 1 || (bits != 1 && bits != 2 && bits != 4 && bits != 8 && bits != 16))
+  {
+    return Unsupported(name,
+      "has a palette for " + std::to_string(samples) + " samples of " + std::to_string(bits) +
+        " bits; one of 1, 2, 4, 8 or 16 is read");
+  }
+  if (TIFFGetField(file, TIFFTAG_COLORMAP, colours.data(), &colours[1], &colours[2]) == 0)
+  {
+    return Corrupt(name, "has pixels of a palette, but no palette");
+  }
+  const std::size_t count = std::size_t{ 1 } << bits;
+  bool grey = true;
+  std::uint16_t most = 0;
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    grey = grey && colours[0][i] == colours[1][i] && colours[0][i] == colours[2][i];
+    most = std::max({ most, colours[0][i], colours[1][i], colours[2][i] });
+  }
+  page.Type = ScalarType::UInt8;
+  page.Components = components != 0 && grey ? components : grey ? 1 : 3;
+  page.IndexBits = bits;
+  const unsigned shift = most > 255 ? 8 : 0;
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    for (int c = 0; c < page.Components; ++c)
+    {
+      page.Palette.push_back(
+        static_cast<std::uint8_t>(colours.at(static_cast<std::size_t>(c))[i] >> shift));
+    }
+  }
+  return {};
+}
+
+/// A row of indices to colours.
+void MapRow(const Page& page, const std::byte* row, std::size_t count, std::byte* out)
+{
+  const auto components = static_cast<std::size_t>(page.Components);
+  for (std::size_t x = 0; x < count; ++x, out += components)
+  {
+    std::uint16_t index = 0;
+    if (page.IndexBits == 16)
+    {
+      std::memcpy(&index, row + 2 * x, 2); // in the machine's order, by libtiff
+    }
+    else
+    {
+      const std::size_t bit = x * page.IndexBits; // the first pixel in the highest bits
+      index = static_cast<std::uint16_t>(
+        (std::to_integer<unsigned>(row[bit / 8]) >> (8 - page.IndexBits - bit % 8)) &
+        ((1U << page.IndexBits) - 1));
+    }
+    std::memcpy(out, page.Palette.data() + index * components, components);
+  }
+}
+
+/// `components` of the palettes of grey colours; 0: as they are.
+Result<Page> Inspect(TIFF* file, const std::string& name, int components)
 {
   Page page;
   std::uint16_t samples = 1;
@@ -121,6 +185,17 @@ Result<Page> Inspect(TIFF* file, const std::string& name)
   TIFFGetFieldDefaulted(file, TIFFTAG_PLANARCONFIG, &planes);
   TIFFGetFieldDefaulted(file, TIFFTAG_ORIENTATION, &orientation);
   TIFFGetField(file, TIFFTAG_PHOTOMETRIC, &meaning);
+  const bool palette = meaning == PHOTOMETRIC_PALETTE;
+  if (orientation != ORIENTATION_TOPLEFT && orientation != ORIENTATION_BOTLEFT)
+  {
+    return Unsupported(name, "is a mirrored or turned picture");
+  }
+  page.Flipped = orientation == ORIENTATION_BOTLEFT;
+  if (palette)
+  {
+    const Status status = TakePalette(file, name, bits, samples, components, page);
+    return status.Ok() ? Result<Page>(page) : Result<Page>(status);
+  }
   const auto type = TypeOf(bits, format);
   if (!type)
   {
@@ -132,17 +207,12 @@ Result<Page> Inspect(TIFF* file, const std::string& name)
     return Unsupported(name,
       "has " + std::to_string(samples) + " samples per pixel; 1 to 4 beside each other are read");
   }
-  if (meaning == PHOTOMETRIC_PALETTE || meaning == PHOTOMETRIC_YCBCR)
+  if (meaning == PHOTOMETRIC_YCBCR)
   {
-    return Unsupported(name, "has colours of a palette, or of luminance and differences");
-  }
-  if (orientation != ORIENTATION_TOPLEFT && orientation != ORIENTATION_BOTLEFT)
-  {
-    return Unsupported(name, "is a mirrored or turned picture");
+    return Unsupported(name, "has colours of luminance and differences");
   }
   page.Type = *type;
   page.Components = samples;
-  page.Flipped = orientation == ORIENTATION_BOTLEFT;
   return page;
 }
 
@@ -240,7 +310,7 @@ protected:
     {
       return Damaged(name);
     }
-    const auto page = Inspect(this->Now.get(), name);
+    const auto page = Inspect(this->Now.get(), name, this->All.Components);
     if (!page.Ok())
     {
       return page.GetStatus();
@@ -266,6 +336,11 @@ private:
                          : TIFFSetDirectory(this->Now.get(), number)) != 0;
   }
   std::size_t RowBytes() const { return this->VoxelBytes() * this->All.Width; }
+  // Bytes of as many pixels in the file.
+  std::size_t FileBytes(const Page& page, std::size_t pixels) const
+  {
+    return page.IndexBits > 0 ? (pixels * page.IndexBits + 7) / 8 : this->VoxelBytes() * pixels;
+  }
   std::byte* Row(const Page& page, std::uint32_t y, std::byte* out) const
   {
     return out + this->RowBytes() * (page.Flipped ? page.Height - 1 - y : y);
@@ -273,15 +348,22 @@ private:
 
   Status ReadStrips(const std::string& name, const Page& page, std::byte* out)
   {
-    if (static_cast<std::size_t>(TIFFScanlineSize64(this->Now.get())) != this->RowBytes())
+    const std::size_t bytes = this->FileBytes(page, page.Width);
+    if (static_cast<std::size_t>(TIFFScanlineSize64(this->Now.get())) != bytes)
     {
       return Damaged(name);
     }
+    this->Tile.resize(page.IndexBits > 0 ? bytes : 0);
     for (std::uint32_t y = 0; y < page.Height; ++y)
     {
-      if (TIFFReadScanline(this->Now.get(), this->Row(page, y, out), y, 0) < 0)
+      std::byte* row = this->Row(page, y, out);
+      if (TIFFReadScanline(this->Now.get(), page.IndexBits > 0 ? this->Tile.data() : row, y, 0) < 0)
       {
         return Damaged(name);
+      }
+      if (page.IndexBits > 0)
+      {
+        MapRow(page, this->Tile.data(), page.Width, row);
       }
     }
     return {};
@@ -295,7 +377,7 @@ private:
     const std::uint64_t size = TIFFTileSize64(this->Now.get());
     if (TIFFGetField(this->Now.get(), TIFFTAG_TILEWIDTH, &width) == 0 ||
       TIFFGetField(this->Now.get(), TIFFTAG_TILELENGTH, &height) == 0 || width == 0 ||
-      height == 0 || size > largest || size < std::uint64_t{ width } * height * this->VoxelBytes())
+      height == 0 || size > largest || size / height < this->FileBytes(page, width))
     {
       return Damaged(name);
     }
@@ -310,9 +392,17 @@ private:
         }
         for (std::uint32_t row = 0; row < std::min(height, page.Height - y); ++row)
         {
-          std::memcpy(this->Row(page, y + row, out) + this->VoxelBytes() * x,
-            this->Tile.data() + this->VoxelBytes() * width * row,
-            this->VoxelBytes() * std::min(width, page.Width - x));
+          const std::size_t count = std::min(width, page.Width - x);
+          const std::byte* from = this->Tile.data() + this->FileBytes(page, width) * row;
+          std::byte* to = this->Row(page, y + row, out) + this->VoxelBytes() * x;
+          if (page.IndexBits > 0)
+          {
+            MapRow(page, from, count, to);
+          }
+          else
+          {
+            std::memcpy(to, from, this->VoxelBytes() * count);
+          }
         }
       }
     }
@@ -324,7 +414,7 @@ private:
   std::vector<std::pair<std::size_t, std::uint32_t>> Slices;
   File Now;
   std::size_t NowFile = 0;
-  std::vector<std::byte> Tile;
+  std::vector<std::byte> Tile; // or a row of a palette's indices
 };
 
 /// Pages of one file that aren't thumbnails of others.
@@ -402,7 +492,7 @@ Result<std::shared_ptr<VoxelReader>> TIFFStack::Open(const Request& request)
   {
     return Damaged(name);
   }
-  const auto page = Inspect(file.get(), name);
+  const auto page = Inspect(file.get(), name, 0);
   if (!page.Ok())
   {
     return page.GetStatus();

@@ -28,9 +28,10 @@ public:
 
   /// Row 0 is the upper one of the picture, as in VTK's reader. Spacing is that of the resolution
   /// (in mm, or in ImageJ's unit), along z ImageJ's, else that of x; 1 where there is none.
-  /// Thumbnails are left out. Errors: NotFound, InputOutput, Corrupt; InvalidArgument (no such
-  /// channel, slices of different sizes); Unsupported (palettes, planes, mirrored pictures, samples
-  /// of other than 8, 16, 32 or 64 bits).
+  /// Thumbnails are left out. Pixels of a palette become its colours, u8: one value where the first
+  /// palette is grey, else three. Errors: NotFound, InputOutput, Corrupt; InvalidArgument (no such
+  /// channel, slices of different sizes); Unsupported (planes, mirrored pictures, samples of other
+  /// than 8, 16, 32 or 64 bits, or, with a palette, 1, 2, 4, 8 or 16 bits).
   static Result<std::shared_ptr<VoxelReader>> Open(const Request& request);
 };
 

@@ -5,6 +5,7 @@
 #include "ProcessShare.h"
 #include "vtkAlgorithmOutput.h"
 #include "vtkBrickSource.h"
+#include "vtkCellData.h"
 #include "vtkColorTransferFunction.h"
 #include "vtkDataArray.h"
 #include "vtkDoubleArray.h"
@@ -14,9 +15,11 @@
 #include "vtkMath.h"
 #include "vtkNew.h"
 #include "vtkObjectFactory.h"
+#include "vtkOutOfCoreTransferFunction.h"
 #include "vtkOutOfCoreVolumeMapper.h"
 #include "vtkOutlineSource.h"
 #include "vtkPVRenderView.h"
+#include "vtkPointData.h"
 #include "vtkPolyDataMapper.h"
 #include "vtkRenderWindow.h"
 #include "vtkSmartPointer.h"
@@ -66,6 +69,13 @@ struct Part
   double Bounds[6] = { 1, -1, 1, -1, 1, -1 }; // of the image, as ParaView's crop box has it
 };
 
+// Whether an array to colour by is chosen: not with ParaView's Solid Color.
+bool IsChosen(vtkInformation* array)
+{
+  const char* name = array->Get(vtkDataObject::FIELD_NAME());
+  return name && *name;
+}
+
 // Whether a picture can be blended of those of blocks: not those of modes that look for extremes or
 // sum up, nor where volumes are drawn one over the other.
 bool IsBlendable(vtkPVView* view, int mode)
@@ -109,6 +119,8 @@ public:
   vtkSmartPointer<vtkTrivialProducer> Producer = vtkSmartPointer<vtkTrivialProducer>::New();
   vtkIdType InputVoxels = 0;
   bool WarnedOfOpacityArray = false;
+  vtkNew<vtkVolumeProperty> Functions; // of an array that nobody chose
+  vtkSmartPointer<vtkBrickSource> FunctionsOf;
   int Pass = 0;           // of refinement, since something else was rendered
   bool PassComes = false; // the next render is one
 };
@@ -128,9 +140,31 @@ vtkOutOfCoreVolumeMapper* vtkOutOfCoreVolumeRepresentation::GetMapper()
   return static_cast<vtkOutOfCoreVolumeMapper*>(this->VolumeMapper.GetPointer());
 }
 
+vtkDataArray* vtkOutOfCoreVolumeRepresentation::FindArray(vtkImageData* image)
+{
+  if (!image || IsChosen(this->GetInputArrayInformation(0)))
+  {
+    return image ? this->GetInputArrayToProcess(0, image) : nullptr;
+  }
+  for (vtkFieldData* data : { static_cast<vtkFieldData*>(image->GetPointData()),
+         static_cast<vtkFieldData*>(image->GetCellData()) })
+  {
+    for (int i = 0; i < data->GetNumberOfArrays(); ++i)
+    {
+      vtkDataArray* array = data->GetArray(i);
+      vtkBrickSource* source = array ? vtkBrickSource::Get(array) : nullptr;
+      if (source && source->GetBrickSource())
+      {
+        return array;
+      }
+    }
+  }
+  return nullptr;
+}
+
 vtkBrickSource* vtkOutOfCoreVolumeRepresentation::FindSource(vtkImageData* image)
 {
-  vtkDataArray* array = image ? this->GetInputArrayToProcess(0, image) : nullptr;
+  vtkDataArray* array = this->FindArray(image);
   vtkBrickSource* source = array ? vtkBrickSource::Get(array) : nullptr;
   return source && source->GetBrickSource() ? source : nullptr;
 }
@@ -324,6 +358,33 @@ void vtkOutOfCoreVolumeRepresentation::UpdateMapperParameters()
     this->Actor->SetVisibility(0); // another process draws
     return;
   }
+  if (part && !IsChosen(this->GetInputArrayInformation(0)) && this->FindSource(part->Image))
+  {
+    this->ColorAutomatically(part->Image);
+  }
+  else
+  {
+    this->ColorAsChosen();
+  }
+  // The box of ParaView's widget is that of the image, whose outermost voxels are larger than those
+  // of level 0: where it wasn't moved, it cuts nothing.
+  if (part && mapper->GetCropping())
+  {
+    double planes[6];
+    for (int i = 0; i < 6; ++i)
+    {
+      planes[i] = this->CroppingOrigin[i / 2] + part->Bounds[i] * this->CroppingScale[i / 2];
+      planes[i] = planes[i] == part->Bounds[i] ? this->DataBounds[i] : planes[i];
+    }
+    mapper->SetCroppingRegionPlanes(planes);
+  }
+}
+
+void vtkOutOfCoreVolumeRepresentation::ColorAsChosen()
+{
+  vtkInternals& in = *this->Internals;
+  vtkOutOfCoreVolumeMapper* mapper = this->GetMapper();
+  this->Actor->SetProperty(this->Property);
   if (this->UseSeparateOpacityArray && mapper->GetBrickSource())
   {
     if (!in.WarnedOfOpacityArray)
@@ -341,18 +402,27 @@ void vtkOutOfCoreVolumeRepresentation::UpdateMapperParameters()
       ? colors->GetVectorMode()
       : vtkOutOfCoreVolumeMapper::DISABLED);
   mapper->SetVectorComponent(std::clamp(colors->GetVectorComponent(), 0, 3));
-  // The box of ParaView's widget is that of the image, whose outermost voxels are larger than those
-  // of level 0: where it wasn't moved, it cuts nothing.
-  if (part && mapper->GetCropping())
+}
+
+void vtkOutOfCoreVolumeRepresentation::ColorAutomatically(vtkImageData* image)
+{
+  vtkInternals& in = *this->Internals;
+  vtkBrickSource* source = this->FindSource(image);
+  if (in.FunctionsOf != source)
   {
-    double planes[6];
-    for (int i = 0; i < 6; ++i)
-    {
-      planes[i] = this->CroppingOrigin[i / 2] + part->Bounds[i] * this->CroppingScale[i / 2];
-      planes[i] = planes[i] == part->Bounds[i] ? this->DataBounds[i] : planes[i];
-    }
-    mapper->SetCroppingRegionPlanes(planes);
+    vtkOutOfCoreTransferFunction::MakeAutomatic(source, in.Functions);
+    in.FunctionsOf = source;
   }
+  in.Functions->SetShade(this->Property->GetShade());
+  in.Functions->SetInterpolationType(this->Property->GetInterpolationType());
+  this->Actor->SetProperty(in.Functions);
+  this->Actor->SetVisibility(1); // without a name ParaView shows none
+  vtkDataArray* array = this->FindArray(image);
+  const bool ofPoints = image->GetPointData()->HasArray(array->GetName()) != 0;
+  this->VolumeMapper->SetScalarMode(
+    ofPoints ? VTK_SCALAR_MODE_USE_POINT_FIELD_DATA : VTK_SCALAR_MODE_USE_CELL_FIELD_DATA);
+  this->VolumeMapper->SelectScalarArray(array->GetName());
+  this->GetMapper()->SetVectorMode(vtkOutOfCoreVolumeMapper::DISABLED);
 }
 
 void vtkOutOfCoreVolumeRepresentation::SetGPUMemoryBudget(double mebibytes)

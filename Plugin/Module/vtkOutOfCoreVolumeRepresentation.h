@@ -33,6 +33,7 @@
 #include <memory> // for std::unique_ptr
 
 class vtkBrickSource;
+class vtkDataArray;
 class vtkDoubleArray;
 class vtkOutOfCoreVolumeMapper;
 struct ProcessFacts;
@@ -134,9 +135,17 @@ private:
   void operator=(const vtkOutOfCoreVolumeRepresentation&) = delete;
 
   vtkOutOfCoreVolumeMapper* GetMapper();
-  /** The source on the array of `image` that is to be drawn; null where it has none. */
+  /**
+   * The array of `image` that is drawn: the one to colour by, or, where none is chosen, the first
+   * one that has a source. Null where there is none.
+   */
+  vtkDataArray* FindArray(vtkImageData* image);
+  /** The source on that array; null where it has none. */
   vtkBrickSource* FindSource(vtkImageData* image);
   void HandOver(vtkImageData* image);
+  void ColorAsChosen();
+  /** Draws an array that nobody chose by functions that suit it. */
+  void ColorAutomatically(vtkImageData* image);
   bool ChooseShare();
   ProcessFacts FactsHere();
   ProcessFacts Facts();

@@ -39,6 +39,23 @@ class Pictures(Case):
         display.MinimumLevel = 1
         self.assertGreater(np.abs(screenshot(self.view) - picture).max(), 4)
 
+    def test_without_an_array_to_colour_by(self):
+        """ParaView leaves Solid Color when this representation is chosen: the first array, as it suits it."""
+        reader = pv.OpenDataFile(path_of("shells.h5"))
+        display = pv.Show(reader, self.view)
+        pv.ColorBy(display, None)
+        display.SetRepresentationType("Volume (out of core)")
+        look(self.view)
+        self.assertShowsSomething(screenshot(self.view))
+        self.assertEqual(fact(display, "Converged"), 1)
+        self.assertEqual(fact(display, "DrawsPyramid"), 1)
+        # An array that is chosen is drawn by its own functions, and the first one again without it.
+        automatic = screenshot(self.view)
+        show(reader, self.view, SHELLS, unit=2)
+        self.assertGreater(np.abs(screenshot(self.view) - automatic).mean(), 2)
+        pv.ColorBy(display, None)
+        self.assertSamePicture(screenshot(self.view), automatic, 0)
+
     def test_shares_settings_of_volume(self):
         reader, display = self.shells()
         display.Shade = 1

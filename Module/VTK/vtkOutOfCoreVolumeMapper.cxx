@@ -1623,6 +1623,7 @@ bool vtkOutOfCoreVolumeMapper::ResolveGatheredImage(vtkImageData* gathered, vtkI
 
 bool vtkOutOfCoreVolumeMapper::GetOpacityTiles(vtkFloatArray* tiles)
 {
+  static_assert(OpacityTileSize == teravox::OpacityTileEdge);
   vtkInternals& in = *this->Internals;
   if (!tiles || !in.Window || !in.LastView)
   {

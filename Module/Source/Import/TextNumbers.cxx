@@ -70,27 +70,8 @@ bool ToElement(const std::string& word, std::byte* out)
 
 bool ToElement(ScalarType type, const std::string& word, std::byte* out)
 {
-  switch (type)
-  {
-    case ScalarType::UInt8:
-      return ToElement<std::uint8_t>(word, out);
-    case ScalarType::Int8:
-      return ToElement<std::int8_t>(word, out);
-    case ScalarType::UInt16:
-      return ToElement<std::uint16_t>(word, out);
-    case ScalarType::Int16:
-      return ToElement<std::int16_t>(word, out);
-    case ScalarType::UInt32:
-      return ToElement<std::uint32_t>(word, out);
-    case ScalarType::Int32:
-      return ToElement<std::int32_t>(word, out);
-    case ScalarType::Float32:
-      return ToElement<float>(word, out);
-    case ScalarType::Float64:
-      return ToElement<double>(word, out);
-    default:
-      return false;
-  }
+  return DispatchScalarType(
+    type, [&](auto element) { return ToElement<decltype(element)>(word, out); });
 }
 } // namespace
 

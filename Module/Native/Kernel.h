@@ -274,6 +274,18 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
 
 #include "KernelLattice.h"
 
+// What would have come behind the end of a ray that is over: most of it is taken to be like what
+// was met, as behind most surfaces and in most fogs. A ray that is over has met something.
+inline void TakeRest(const Context& c, State& state)
+{
+  if (c.Scene.Blend == BlendKind::Composite)
+  {
+    const float taken = shared::REST_TAKEN * state.Transmittance;
+    state.Color += (taken / (1.0f - state.Transmittance)) * state.Color;
+    state.Transmittance -= taken;
+  }
+}
+
 // One pass of one ray.
 inline void MarchRay(Context& c, NativeReport& report, int x, int y)
 {
@@ -347,6 +359,7 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
     if (IsOver(c, state))
     {
       at.Status = StatusDone;
+      TakeRest(c, state);
     }
     else if (finished)
     {

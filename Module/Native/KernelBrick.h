@@ -107,7 +107,7 @@ TERAVOX_INLINE Cubic FieldAlong(const Transfer& table, const BrickView& view, co
 // points.
 template <bool Shade>
 TERAVOX_INLINE void TakeAll(Context& c, State& state, const Segments& s, const Pieces& front,
-  const Turns& turns, unsigned bits, unsigned turning)
+  const PieceEnds<Shade>& turn, const Turns& turns, unsigned bits, unsigned turning)
 {
   // Transmittance only falls: what needn't be cut now needn't be later.
   const unsigned costly = Bits((front.Error * state.Transmittance) > c.P.Step[3]) & bits;
@@ -116,7 +116,7 @@ TERAVOX_INLINE void TakeAll(Context& c, State& state, const Segments& s, const P
   {
     evaluated += static_cast<std::uint64_t>(__builtin_popcount(bits));
     const unsigned twice = Bits(turns.Second < 1.0f) & turning;
-    if ((costly | twice) != 0 || !TakeTurning<Shade>(c, state, s, front, turns, bits, turning))
+    if ((costly | twice) != 0 || !TakeTurning<Shade>(c, state, s, front, turn, turns, bits, turning))
     {
       TakeInParts<Shade>(c, state, s, front, turns, bits, turning, costly);
     }
@@ -193,9 +193,13 @@ __attribute__((noinline)) void IntegrateLinear(
       scale(s.Light.Z, view.PerVoxelZ) };
   }
   const unsigned turning = Bits(turns.First < 1.0f) & bits;
+  PieceEnds<Shade> begin;
+  PieceEnds<Shade> turn;
+  FindEnds<Shade>(c, s, Floats{}, begin);
+  FindEnds<Shade>(c, s, turns.First, turn);
   Pieces front;
-  Evaluate<Shade>(c, s, Floats{}, turns.First, front);
-  TakeAll<Shade>(c, state, s, front, turns, bits, turning);
+  EvaluateBetween<Shade>(c, s, Floats{}, turns.First, begin, turn, front);
+  TakeAll<Shade>(c, state, s, front, turn, turns, bits, turning);
 }
 
 // The field is constant in each voxel: one segment per voxel.

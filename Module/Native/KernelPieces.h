@@ -171,9 +171,42 @@ template <bool Shade>
 void EvaluatePlane(const Context& c, const Segments& s, Floats from, Floats to, Pieces& out);
 #endif
 
-// The parts from `from` to `to` (in 0..1) of eight segments.
+// What is needed of an end of eight pieces. Two that follow each other share one.
 template <bool Shade>
-inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to, Pieces& out)
+struct PieceEnds
+{
+  Sample<Floats> At;
+  Color<Floats> Plain;
+  Color<Floats> Slope;
+  Normal<Floats> Direction; // of shaded pictures only, as the next
+  Color<Floats> Lit;
+};
+
+// The ends at `u` (in 0..1) of eight segments.
+template <bool Shade>
+__attribute__((noinline)) void FindEnds(
+  const Context& c, const Segments& s, Floats u, PieceEnds<Shade>& ends)
+{
+#if TERAVOX_TRANSFER_PLANE
+  if (c.Plane.Nodes != nullptr)
+  {
+    return; // its pieces have other ones
+  }
+#endif
+  ends.At = SampleTransfer(c.Table, Along(s.Field, u));
+  ends.Plain = TransferColor(c.Table, ends.At.X, ends.Slope);
+  if constexpr (Shade)
+  {
+    ends.Direction = NormalAt(c, s, u);
+    const Floats extent = s.Length * c.Light.PerWorld;
+    ends.Lit = LitColor(c.P, ends.Plain, ends.Direction, c.Light, s.Begin + u * extent);
+  }
+}
+
+// The parts from `from` to `to` of eight segments, whose ends are known.
+template <bool Shade>
+__attribute__((noinline)) void EvaluateBetween(const Context& c, const Segments& s, Floats from,
+  Floats to, const PieceEnds<Shade>& front, const PieceEnds<Shade>& back, Pieces& out)
 {
 #if TERAVOX_TRANSFER_PLANE
   if (c.Plane.Nodes != nullptr)
@@ -182,8 +215,8 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
     return;
   }
 #endif
-  Sample<Floats> a = SampleTransfer(c.Table, Along(s.Field, from));
-  Sample<Floats> b = SampleTransfer(c.Table, Along(s.Field, to));
+  const Sample<Floats>& a = front.At;
+  const Sample<Floats>& b = back.At;
   const Floats size = to - from;
   const Floats size2 = size * size;
   // Half of the second derivatives at both ends.
@@ -193,19 +226,23 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
     (-1.0f / 6.0f) * (bendA + 1.5f * s.Field.D * size) * size2);
 #if TERAVOX_GRADIENT_OPACITY
   const Sample<Floats> middle = SampleTransfer(c.Table, Along(s.Field, 0.5f * (from + to)));
-  const Floats varied = Attenuate(c.Gradient, s.Field, s.Light, from, to, a, middle, b, e);
+  Sample<Floats> left = a;
+  Sample<Floats> right = b;
+  const Floats varied = Attenuate(c.Gradient, s.Field, s.Light, from, to, left, middle, right, e);
+  const Floats firstS = left.S;
+  const Floats lastS = right.S;
+#else
+  const Floats firstS = a.S;
+  const Floats lastS = b.S;
 #endif
   const Floats length = size * s.Length;
   const Floats depth = e.Mean * length;
   const Floats opacity = OpacityOf(depth);
-  Color<Floats> slopeA;
-  Color<Floats> slopeB;
-  const Color<Floats> colorA = TransferColor(c.Table, a.X, slopeA);
-  const Color<Floats> colorB = TransferColor(c.Table, b.X, slopeB);
   const Floats one = Splat(1.0f);
-  const Floats gathered = CentroidOf(a.S, b.S, depth);
-  Color<Floats> color = Mix(colorA, colorB, Min(Max(gathered + e.Ahead, Floats{}), one));
-  const Kink kink = KinkOf(colorA, slopeA, colorB, slopeB, b.X - a.X);
+  const Floats gathered = CentroidOf(firstS, lastS, depth);
+  Color<Floats> color =
+    Mix(front.Plain, back.Plain, Min(Max(gathered + e.Ahead, Floats{}), one));
+  const Kink kink = KinkOf(front.Plain, front.Slope, back.Plain, back.Slope, b.X - a.X);
   color = Moved(color, kink.Mean);
 #if TERAVOX_GRADIENT_OPACITY
   const Floats place = Max(PlaceError(e, depth), FrontError(depth, varied));
@@ -215,25 +252,23 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
   Floats shift;
   if constexpr (Shade)
   {
-    const Normal<Floats> normalA = NormalAt(c, s, from);
-    const Normal<Floats> normalB = NormalAt(c, s, to);
-    const Floats extent = s.Length * c.Light.PerWorld;
+    const Normal<Floats>& normalA = front.Direction;
+    const Normal<Floats>& normalB = back.Direction;
     const Floats at = from + size * gathered;
-    const Color<Floats> litA = LitColor(c.P, colorA, normalA, c.Light, s.Begin + from * extent);
-    const Color<Floats> litB = LitColor(c.P, colorB, normalB, c.Light, s.Begin + to * extent);
+    const Floats extent = s.Length * c.Light.PerWorld;
     color = LitColor(c.P, color, NormalAt(c, s, at), c.Light, s.Begin + at * extent);
     // Where there is none at one end, as where values saturate, it usually has one direction still.
     const Ints both = (Abs(normalA.X) + Abs(normalA.Y) + Abs(normalA.Z) > 0.0f) &
       (Abs(normalB.X) + Abs(normalB.Y) + Abs(normalB.Z) > 0.0f);
     const Floats turned = Select(both,
       one - ((normalA.X * normalB.X + normalA.Y * normalB.Y) + normalA.Z * normalB.Z), Floats{});
-    shift = Difference(litA, litB) * (LightWeight + place) +
-      Difference(color, Mix(litA, litB, gathered)) * LightBendWeight +
+    shift = Difference(front.Lit, back.Lit) * (LightWeight + place) +
+      Difference(color, Mix(front.Lit, back.Lit, gathered)) * LightBendWeight +
       NormalWeight * turned * turned;
   }
   else
   {
-    shift = Difference(colorA, colorB) * (place + BendWeight * e.Off);
+    shift = Difference(front.Plain, back.Plain) * (place + BendWeight * e.Off);
   }
   shift = shift + kink.Error;
   ToQuads(color, opacity, out.Color);
@@ -244,6 +279,17 @@ inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to
 #else
   out.Error = ErrorOf(c, opacity, e.Change * length, shift);
 #endif
+}
+
+// The parts from `from` to `to` of eight segments.
+template <bool Shade>
+inline void Evaluate(const Context& c, const Segments& s, Floats from, Floats to, Pieces& out)
+{
+  PieceEnds<Shade> front;
+  PieceEnds<Shade> back;
+  FindEnds<Shade>(c, s, from, front);
+  FindEnds<Shade>(c, s, to, back);
+  EvaluateBetween<Shade>(c, s, from, to, front, back, out);
 }
 
 // Segments one by one, to be put together anew.
@@ -463,13 +509,16 @@ __attribute__((noinline)) void TakeInParts(Context& c, State& state, const Segme
 }
 
 // The same where nothing has to be cut but at a turning point: both pieces of all cells at once.
-// Returns false, having added nothing, where the second pieces have to be cut.
+// Returns false, having added nothing, where the second pieces have to be cut. turn: the ends of
+// the first ones.
 template <bool Shade>
 TERAVOX_INLINE bool TakeTurning(Context& c, State& state, const Segments& s, const Pieces& front,
-  const Turns& turns, unsigned bits, unsigned turning)
+  const PieceEnds<Shade>& turn, const Turns& turns, unsigned bits, unsigned turning)
 {
+  PieceEnds<Shade> last;
+  FindEnds<Shade>(c, s, turns.Second, last);
   Pieces second;
-  Evaluate<Shade>(c, s, turns.First, turns.Second, second);
+  EvaluateBetween<Shade>(c, s, turns.First, turns.Second, turn, last, second);
   c.Steps += 4;
   if ((Bits(second.Error * state.Transmittance > c.P.Step[3]) & turning) != 0)
   {

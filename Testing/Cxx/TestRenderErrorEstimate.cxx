@@ -373,3 +373,40 @@ TEST(ErrorEstimateImage, IsThereOnlyIfAskedForAndKnowsNothingOfFixedSteps)
     ASSERT_EQ(e, 1.0f);
   }
 }
+
+// A medium of one extinction and one colour, in which rays end with a quarter of the tolerance left.
+TEST(EndedRays, TakeTheirRestToBeLikeWhatTheyMet)
+{
+  constexpr double tolerance = 128.0 / 255;
+  constexpr double left = tolerance / 4;
+  constexpr double opacity = 0.02; // per voxel
+  constexpr std::array<double, 3> color{ 0.9, 0.5, 0.2 };
+  Stage stage(Edge, Edge);
+  stage.Mapper->ErrorEstimateOn();
+  ImageOptions options;
+  options.Dimensions = { 129, 12, 12 };
+  stage.SetImage(MakeImage(options));
+  stage.SetTransfer({ { { 0, opacity }, { 255, opacity } },
+    { { 0, color[0], color[1], color[2] }, { 255, color[0], color[1], color[2] } } });
+  stage.LookFrom({ -100, 5.5, 5.5 }, { 0, 5.5, 5.5 }, 1, 400, 1);
+  constexpr std::size_t middle = 4 * (Edge * Edge / 2 + Edge / 2);
+  const double through = std::pow(1 - opacity, 128);
+
+  stage.Mapper->SetImageErrorTolerance(1.0 / 255);
+  const std::vector<float> exact = stage.Draw();
+  EXPECT_NEAR(static_cast<double>(exact[middle + 3]), 1 - through, 1.0 / 255);
+
+  stage.Mapper->SetImageErrorTolerance(tolerance);
+  const std::vector<float> taken = stage.Draw();
+  const double rest = 1 - static_cast<double>(taken[middle + 3]);
+  // Pieces are eight voxels long at most.
+  EXPECT_LE(rest, left / 4 + 1e-6);
+  EXPECT_GE(rest, left / 4 * std::pow(1 - opacity, 8) - 1e-6);
+  for (std::size_t c = 0; c < 3; ++c)
+  {
+    EXPECT_NEAR(static_cast<double>(taken[middle + c]), color[c] * (1 - rest), 1e-5);
+  }
+  const double estimate = static_cast<double>(EstimateOf(stage)[middle / 4]);
+  EXPECT_GE(estimate, std::abs(1 - rest - (1 - through)));
+  EXPECT_GE(estimate, 0.75 * 4 * rest); // had nothing more come
+}

@@ -1096,9 +1096,8 @@ std::vector<float> VolumeEngine::ReadErrors(const void* view, int& width, int& h
       // Of what was left at the end of the ray: had nothing more come, or the brightest light.
       const float dimmest = std::min({ color[0], color[1], color[2] });
       const float rest = left / untaken;
-      errors[i] += rest *
-        std::max(shared::REST_TAKEN,
-          brightest - shared::REST_TAKEN * (1 - rest) * dimmest);
+      errors[i] +=
+        rest * std::max(shared::REST_TAKEN, brightest - shared::REST_TAKEN * (1 - rest) * dimmest);
     }
     errors[i] = this->EstimateKnown ? std::min(errors[i] + FormatError, brightest) : brightest;
   }

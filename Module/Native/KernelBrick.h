@@ -116,7 +116,8 @@ TERAVOX_INLINE void TakeAll(Context& c, State& state, const Segments& s, const P
   {
     evaluated += static_cast<std::uint64_t>(__builtin_popcount(bits));
     const unsigned twice = Bits(turns.Second < 1.0f) & turning;
-    if ((costly | twice) != 0 || !TakeTurning<Shade>(c, state, s, front, turn, turns, bits, turning))
+    if ((costly | twice) != 0 ||
+      !TakeTurning<Shade>(c, state, s, front, turn, turns, bits, turning))
     {
       TakeInParts<Shade>(c, state, s, front, turns, bits, turning, costly);
     }

@@ -240,8 +240,7 @@ __attribute__((noinline)) void EvaluateBetween(const Context& c, const Segments&
   const Floats opacity = OpacityOf(depth);
   const Floats one = Splat(1.0f);
   const Floats gathered = CentroidOf(firstS, lastS, depth);
-  Color<Floats> color =
-    Mix(front.Plain, back.Plain, Min(Max(gathered + e.Ahead, Floats{}), one));
+  Color<Floats> color = Mix(front.Plain, back.Plain, Min(Max(gathered + e.Ahead, Floats{}), one));
   const Kink kink = KinkOf(front.Plain, front.Slope, back.Plain, back.Slope, b.X - a.X);
   color = Moved(color, kink.Mean);
 #if TERAVOX_GRADIENT_OPACITY

@@ -342,7 +342,7 @@ TEST_P(ComponentBlendOf, AgainstVTK)
     ImageOptions options = OptionsOf(ScalarType::UInt16);
     options.Low = 0;
     const auto image = ImageFor(GetParam(), options, count);
-    Stage stage(64, 64);
+    Stage stage(40, 40);
     Show(stage, image, GetParam(), options);
     vtkNew<vtkImageData> negative;
     negative->DeepCopy(image);

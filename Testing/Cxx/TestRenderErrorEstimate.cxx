@@ -329,7 +329,8 @@ TEST_P(ErrorEstimate, HoldsOnRandomScenes)
   stage.Mapper->SetBrickSize(BrickEdge);
   stage.Mapper->ErrorEstimateOn();
   Tally tally;
-  const int step = TakesAll() ? 1 : 4;
+  // A thousand of the plain kind, half as many of the others.
+  const int step = !TakesAll() ? 4 : GetParam() < BatchesWithoutGradientOpacity ? 1 : 2;
   for (int i = 0; i < ScenesPerBatch && !HasFatalFailure(); i += step)
   {
     DrawScene(static_cast<unsigned>(GetParam() * ScenesPerBatch + i),
@@ -346,7 +347,9 @@ TEST_P(ErrorEstimate, HoldsOnRandomScenes)
   EXPECT_LE(tally.LargestShortage, 1) << tally.WorstScene;
   EXPECT_GT(step * tally.Ratios.size(), 1000u);
   EXPECT_GT(step * tally.Incomplete, 10u);
-  EXPECT_LT(tally.MedianRatio(), 20);
+  // Estimates of pieces are added, their errors cancel; most of all under images of values and
+  // gradients, whose pieces are bounded by rectangles.
+  EXPECT_LT(tally.MedianRatio(), 25);
 }
 
 INSTANTIATE_TEST_SUITE_P(Contract, ErrorEstimate, testing::Range(0, Batches));
@@ -374,7 +377,8 @@ TEST(ErrorEstimateImage, IsThereOnlyIfAskedForAndKnowsNothingOfFixedSteps)
   }
 }
 
-// A medium of one extinction and one colour, in which rays end with a quarter of the tolerance left.
+// A medium of one extinction and one colour, in which rays end with a quarter of the tolerance
+// left.
 TEST(EndedRays, TakeTheirRestToBeLikeWhatTheyMet)
 {
   constexpr double tolerance = 128.0 / 255;

@@ -166,8 +166,11 @@ TEST_P(TruthOfGradients, SmoothAndNoisyShadedAndNot)
           shape.Name + (shade ? ", shaded" : "");
         stage.Look({ 0.3, 1, -0.4 }, 0.8);
         ExpectTruth(stage, *source, name);
-        stage.LookFrom({ 14, 15, 16 }, { 30, 22, 25 }, 0.01, 100, 60);
-        ExpectTruth(stage, *source, name + ", inside");
+        if (noisy != shade)
+        {
+          stage.LookFrom({ 14, 15, 16 }, { 30, 22, 25 }, 0.01, 100, 60);
+          ExpectTruth(stage, *source, name + ", inside");
+        }
       }
     }
   }

@@ -160,7 +160,7 @@ TEST_P(MagnifiedSheet, IsToldOfWhileItIsMissing)
   const auto image = MakeSheet(GetParam(), 40);
   const auto source = SourceOfImage(image, BrickEdge, false);
   const auto gated = std::make_shared<FaultyBrickSource>(source);
-  Stage stage(24, 24);
+  Stage stage(16, 16);
   stage.SetSource(gated);
   Show(stage);
   stage.Mapper->ErrorEstimateOn();
@@ -194,7 +194,7 @@ TEST_P(MagnifiedSheet, IsToldOfWhereItCannotBeRead)
   const auto faulty = std::make_shared<FaultyBrickSource>(source);
   faulty->SetFaults([](const BrickKey& key)
     { return key.Level == 0 && (key.X + key.Y + key.Z) % 2 == 1 ? Fault::Status : Fault::None; });
-  Stage stage(24, 24);
+  Stage stage(16, 16);
   stage.SetSource(faulty);
   Show(stage);
   stage.Mapper->ErrorEstimateOn();

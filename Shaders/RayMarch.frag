@@ -35,7 +35,6 @@
 #else
 #include "Library/MarchLinear.glsl"
 #endif
-
 #include "Library/DrawFound.glsl"
 #include "Library/StoreRay.glsl"
 const int STATUS_NEW = 0;
@@ -207,6 +206,7 @@ void main()
           state.transmittance = 0.0;
         }
 #endif
+        TakeRest(state, 0.5 * (t0 + t1), kept.x, last);
         running = running && state.transmittance > u_step.z;
       }
     }

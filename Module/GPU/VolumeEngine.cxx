@@ -1085,20 +1085,9 @@ std::vector<float> VolumeEngine::ReadErrors(const void* view, int& width, int& h
     errors[i] += state.IsNative() ? this->EstimateStep[1] * colors[4 * i + 3] : 0;
     constexpr std::int32_t done = 2;
     const bool ended = underWay.count(tile) == 0 || (positions[4 * i + 3] >> 16 & 3) == done;
-    const float* color = colors.data() + 4 * i;
-    const float untaken = 1 - shared::REST_TAKEN;
-    if (!ended)
-    {
-      errors[i] += brightest * left;
-    }
-    else if (left <= untaken * this->EstimateStep[2])
-    {
-      // Of what was left at the end of the ray: had nothing more come, or the brightest light.
-      const float dimmest = std::min({ color[0], color[1], color[2] });
-      const float rest = left / untaken;
-      errors[i] +=
-        rest * std::max(shared::REST_TAKEN, brightest - shared::REST_TAKEN * (1 - rest) * dimmest);
-    }
+    // Of rays that were over before their end the marchers tell, for light of at most 1.
+    const bool over = ended && left <= this->EstimateStep[2];
+    errors[i] += !ended ? brightest * left : over ? (brightest - 1) * this->EstimateStep[2] : 0;
     errors[i] = this->EstimateKnown ? std::min(errors[i] + FormatError, brightest) : brightest;
   }
   return errors;

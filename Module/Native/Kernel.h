@@ -197,7 +197,7 @@ struct Position
 // The bricks of one level within an interval, from `begin` on. Returns whether the ray waits.
 // `hit`: where the depth and level are put at which the ray meets what is looked for, or nothing.
 inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray& ray, Position& at,
-  const Level& here, float begin, float& end, bool& finished, float* hit)
+  const Level& here, float begin, float& end, bool& finished, float& reached, float* hit)
 {
   const MarchParameters& p = c.P;
   bool running = begin < end;
@@ -248,6 +248,7 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
     }
     const State before = state;
     DrawAndSearch(c, state, ray, found, drawnLevel, drawn, t0, t1, hit);
+    reached = 0.5f * (t0 + t1);
     if (substituted && c.Scene.Error != nullptr && t1 > t0)
     {
       // Its own pieces don't matter then.
@@ -274,16 +275,25 @@ inline bool MarchLevel(Context& c, NativeReport& report, State& state, const Ray
 
 #include "KernelLattice.h"
 
-// What would have come behind the end of a ray that is over: most of it is taken to be like what
-// was met, as behind most surfaces and in most fogs. A ray that is over has met something.
-inline void TakeRest(const Context& c, State& state)
+// What would have come behind the end of a ray that is over is taken to be like what was met: as
+// thick in the mean, of the same colour. reached: the depth, at the middle of the last brick. A ray
+// that is over has met something. (Shaders/Library/DrawFound.glsl)
+inline void TakeRest(const Context& c, State& state, float first, float reached, float last)
 {
-  if (c.Scene.Blend == BlendKind::Composite)
+  constexpr float longest = 16.0f; // times what was passed: then all is taken
+  const float left = state.Transmittance;
+  if (c.Scene.Blend != BlendKind::Composite || !(left > 0.0f))
   {
-    const float taken = shared::REST_TAKEN * state.Transmittance;
-    state.Color += (taken / (1.0f - state.Transmittance)) * state.Color;
-    state.Transmittance -= taken;
+    return;
   }
+  const float passed = Max(reached - first, 1.0e-30f);
+  const float share = 1.0f - PowerOf(left, Min(Max((last - reached) / passed, 0.0f), longest));
+  const Quad mean = state.Color * (1.0f / (1.0f - left));
+  // Nothing more might have come, or as much light as there can be.
+  const float dimmest = Min(mean[0], Min(mean[1], mean[2]));
+  state.Error += left * Max(share, 1.0f - share * dimmest);
+  state.Color += (share * left) * mean;
+  state.Transmittance -= share * left;
 }
 
 // One pass of one ray.
@@ -354,12 +364,13 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
     }
     at.Status = StatusRunning;
     bool finished = false;
-    waiting = MarchLevel(c, report, state, ray, at, here, begin, end, finished,
+    float reached = begin;
+    waiting = MarchLevel(c, report, state, ray, at, here, begin, end, finished, reached,
       scene.FirstHit != nullptr ? scene.FirstHit + 2 * pixel : nullptr);
     if (IsOver(c, state))
     {
       at.Status = StatusDone;
-      TakeRest(c, state);
+      TakeRest(c, state, from, reached, to);
     }
     else if (finished)
     {

@@ -23,6 +23,30 @@ void DrawFound(
   }
 }
 
+// What would have come behind the end of a ray that is over is taken to be like what was met: as
+// thick in the mean, of the same colour. reached: the depth, at the middle of the last brick. A ray
+// that is over has met something.
+void TakeRest(inout State state, float reached, float first, float last)
+{
+#if !TERAVOX_BLEND
+  const float longest = 16.0; // times what was passed: then all is taken
+  float left = state.transmittance;
+  if (left > u_step.z || left <= 0.0)
+  {
+    return;
+  }
+  float passed = max(reached - first, 1.0e-30);
+  float share = 1.0 - pow(left, clamp((last - reached) / passed, 0.0, longest));
+  vec3 mean = state.color / (1.0 - left);
+#if TERAVOX_ESTIMATE
+  // Nothing more might have come, or as much light as there can be.
+  state.error += left * max(share, 1.0 - share * min(mean.r, min(mean.g, mean.b)));
+#endif
+  state.color += (share * left) * mean;
+  state.transmittance -= share * left;
+#endif
+}
+
 #if TERAVOX_FIRST_HIT
 // Halves of a brick's part of a ray: of a part of 100 voxels about a ten-thousandth of a voxel.
 const int HIT_HALVINGS = 20;

@@ -10,18 +10,6 @@ void ReportUnderWay(ivec2 pixel, bool waiting)
   Stamp(u_limits.w + tile.x + u_switches.z * tile.y);
 }
 
-// What would have come behind the end of a ray that is over: most of it is taken to be like what
-// was met, as behind most surfaces and in most fogs. A ray that is over has met something.
-void TakeRest(inout State state)
-{
-  if (state.transmittance <= u_step.z)
-  {
-    float taken = REST_TAKEN * state.transmittance;
-    state.color += (taken / (1.0 - state.transmittance)) * state.color;
-    state.transmittance -= taken;
-  }
-}
-
 // `word`: level, interval and status.
 void StoreRay(State state, ivec2 pixel, uvec3 brick, int word)
 {
@@ -39,7 +27,6 @@ void StoreRay(State state, ivec2 pixel, uvec3 brick, int word)
   vec4 kept = vec4(StoreProjection(state.color), state.transmittance);
   word |= (g_side + 1) << 20;
 #else
-  TakeRest(state);
   vec4 kept = vec4(state.color, state.transmittance);
 #endif
   imageStore(u_colorState, pixel, kept);

@@ -39,11 +39,6 @@ const uint FEEDBACK_STAMPS = FEEDBACK_HEADER_WORDS + REQUEST_ENTRIES * REQUEST_W
 
 const uint TILE_SIZE = 32u;
 
-// Of what a ray has left when it is over, the share that is taken to be like what it has met: so
-// the error is a quarter of it where all goes on as it was, three quarters where nothing more
-// comes. What was left is found again from the rest (VolumeEngine::ReadErrors).
-const float REST_TAKEN = 0.75f;
-
 // The table of lights: vectors before the first light, and per light.
 const uint LIGHTS_BEGIN = 7u;
 const uint LIGHT_VECTORS = 5u;

@@ -145,7 +145,7 @@ Result<ImageVolume> ImageVolume::Open(
     return volume.GetStatus();
   }
   std::vector<std::string> files = volume.Value().Files;
-  if (files.front() != name)
+  if (files.empty() || files.front() != name)
   {
     files.push_back(name);
   }

@@ -19,8 +19,9 @@ using namespace teravox;
 
 constexpr std::array<const char*, 10> Extensions{ ".mha", ".mhd", ".nrrd", ".nhdr", ".nii",
   ".nii.gz", ".hdr", ".vtk", ".tif", ".dcm" };
-constexpr std::size_t Raw = Extensions.size();   // numbers that users give for voxels without a header
-constexpr std::size_t Pattern = Raw + 1;         // a name with * and %d
+constexpr std::size_t Raw =
+  Extensions.size();                     // numbers that users give for voxels without a header
+constexpr std::size_t Pattern = Raw + 1; // a name with * and %d
 constexpr std::uint64_t Memory = std::uint64_t{ 64 } << 20;
 constexpr std::int64_t MostVoxels = std::int64_t{ 1 } << 20; // that are read of one file
 
@@ -51,9 +52,9 @@ void ReadSome(const Result<ImageVolume>& volume)
   for (std::int64_t z = 0; z < d.Dimensions[2] && voxels < MostVoxels; z += step)
   {
     const Status first = reader.ReadBox({ 0, 0, z }, size, box.data());
-    const Status last =
-      reader.ReadBox({ d.Dimensions[0] - size[0], d.Dimensions[1] - size[1], d.Dimensions[2] - 1 - z },
-        size, box.data());
+    const Status last = reader.ReadBox(
+      { d.Dimensions[0] - size[0], d.Dimensions[1] - size[1], d.Dimensions[2] - 1 - z }, size,
+      box.data());
     if (!first.Ok() || !last.Ok())
     {
       const Status& failed = first.Ok() ? last : first;

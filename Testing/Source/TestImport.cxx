@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "AllocationFaults.h"
 #include "Import/DICOMSeries.h"
 #include "Import/FileList.h"
 #include "Import/ImageVolume.h"
@@ -192,8 +193,8 @@ TEST(Import, WhatCantBeReadIsNamed)
   EXPECT_EQ(time.GetStatus().Code(), StatusCode::InvalidArgument);
 }
 
-/// Headers that claim what can't be, or name what isn't a file, are errors with a reason: nothing is
-/// computed or allocated with their numbers, and nothing waits.
+/// Headers that claim what can't be, or name what isn't a file, are errors with a reason: nothing
+/// is computed or allocated with their numbers, and nothing waits.
 TEST(Import, ClaimsOfHeadersAreChecked)
 {
   TERAVOX_FORMAT_FILES(files, "images");
@@ -222,17 +223,21 @@ TEST(Import, ClaimsOfHeadersAreChecked)
   const auto meta = [&](const std::string& from, const std::string& to)
   { return changed("local_u2.mha", from, to); };
   const std::string list = meta("= LOCAL", "= LIST");
-  expect("list.mhd", list.substr(0, list.find("LIST") + 5), StatusCode::InvalidArgument, "can't be");
+  expect(
+    "list.mhd", list.substr(0, list.find("LIST") + 5), StatusCode::InvalidArgument, "can't be");
   for (const char* channels : { "0", "5", "1e300", "nan" })
   {
     expect("channels.mha", meta("OfChannels = 1", std::string("OfChannels = ") + channels),
       StatusCode::Unsupported, channels);
   }
-  expect("skip.mha", meta("NDims = 3", "NDims = 3\nHeaderSize = 1e300"), StatusCode::Corrupt, "1e300");
-  expect("place.mha", meta("Offset = 10.0", "Offset = nan"), StatusCode::Corrupt, "without a place");
-  expect("size.mha", meta("DimSize = 23", "DimSize = 2147483647"), StatusCode::Corrupt, "too short");
-  expect("colours.nrrd", changed("colours.nrrd", "sizes: 4", "sizes: -1e99"), StatusCode::Unsupported,
-    "4 axes");
+  expect(
+    "skip.mha", meta("NDims = 3", "NDims = 3\nHeaderSize = 1e300"), StatusCode::Corrupt, "1e300");
+  expect(
+    "place.mha", meta("Offset = 10.0", "Offset = nan"), StatusCode::Corrupt, "without a place");
+  expect(
+    "size.mha", meta("DimSize = 23", "DimSize = 2147483647"), StatusCode::Corrupt, "too short");
+  expect("colours.nrrd", changed("colours.nrrd", "sizes: 4", "sizes: -1e99"),
+    StatusCode::Unsupported, "4 axes");
   // Of NIfTI 2 the place of the voxels is a 64-bit number, here in a compressed stream.
   std::string second(544, '\0');
   const auto put = [&second](std::size_t at, auto value)
@@ -258,7 +263,32 @@ TEST(Import, ClaimsOfHeadersAreChecked)
     ASSERT_NE(at, std::string::npos);
     picture.replace(at + 8, 4, "\xff\xff\xff\x7f");
   }
-  expect("size.tif", picture, StatusCode::Corrupt, "a size that can't be");
+  expect("size.tif", picture, StatusCode::Corrupt, "size.tif");
+}
+
+/// Each allocation of opening an image may fail: an error, and the next time it is opened. Not that
+/// of listing a folder, which libstdc++ doesn't survive.
+TEST(Import, AllocationsOfOpeningMayFail)
+{
+  TERAVOX_FORMAT_FILES(files, "images");
+  for (const char* name : { "local_u2.mha", "pattern.mhd", "gzip.nrrd", "sform.nii.gz",
+         "text_u1.vtk", "imagej.tif", "ct/0.dcm" })
+  {
+    SCOPED_TRACE(name);
+    ImageVolume::Request request;
+    request.Name = files->File(name);
+    std::int64_t failures = 0;
+    bool met = true;
+    for (std::int64_t n = 0; met; n += 1 + n / 50)
+    {
+      test::FailAllocationAfter(n);
+      const auto opened = ImageVolume::Open(request);
+      met = test::EndAllocationFault();
+      ASSERT_TRUE(met || opened.Ok()) << opened.GetStatus().Message();
+      failures += opened.Ok() ? 0 : 1;
+    }
+    EXPECT_GT(failures, 5);
+  }
 }
 
 TEST(Import, NothingIsReadFromPipes)
@@ -266,7 +296,8 @@ TEST(Import, NothingIsReadFromPipes)
   const TemporaryFolder folder;
   const std::string header = "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\n"
                              "ElementType = MET_UCHAR\nElementDataFile = pipe.mha\n";
-  for (const char* name : { "pipe.mha", "pipe.nii", "pipe.nrrd", "pipe.vtk", "pipe.tif", "pipe.dcm" })
+  for (const char* name :
+    { "pipe.mha", "pipe.nii", "pipe.nrrd", "pipe.vtk", "pipe.tif", "pipe.dcm" })
   {
     ASSERT_EQ(::mkfifo(folder.File(name).c_str(), 0600), 0);
     ImageVolume::Request request;

@@ -59,8 +59,8 @@ Result<std::string> Begin(const std::string& fileName, std::size_t most)
     n = ::read(file.Value(), text.data() + had, text.size() - had);
     if (n < 0 && errno != EINTR)
     {
-      const Status failed(StatusCode::InputOutput,
-        "'" + fileName + "' can't be read: " + std::strerror(errno) + ".");
+      const Status failed(
+        StatusCode::InputOutput, "'" + fileName + "' can't be read: " + std::strerror(errno) + ".");
       ::close(file.Value());
       return failed;
     }

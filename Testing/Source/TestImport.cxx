@@ -238,6 +238,9 @@ TEST(Import, ClaimsOfHeadersAreChecked)
     "size.mha", meta("DimSize = 23", "DimSize = 2147483647"), StatusCode::Corrupt, "too short");
   expect("colours.nrrd", changed("colours.nrrd", "sizes: 4", "sizes: -1e99"),
     StatusCode::Unsupported, "4 axes");
+  std::string first = changed("plain_u2.nii", "n+1", "n+1");
+  first.replace(108, 4, "\xff\xff\xff\xff"); // NaN; found by FuzzImport
+  expect("nan.nii", first, StatusCode::Corrupt, "begin nowhere");
   // Of NIfTI 2 the place of the voxels is a 64-bit number, here in a compressed stream.
   std::string second(544, '\0');
   const auto put = [&second](std::size_t at, auto value)

@@ -15,7 +15,7 @@ build=${TERAVOX_BUILD_DIR:-$root/build}/fuzz
 runs=${1:-100000}
 shift || true
 targets=("$@")
-[ $# -gt 0 ] || targets=(FuzzXml FuzzChunk FuzzFile)
+[ $# -gt 0 ] || targets=(FuzzXml FuzzChunk FuzzImport FuzzFile)
 python=${PYTHON:-/usr/bin/python3}
 
 clang=$(command -v clang++-14 || command -v clang++) || {

@@ -342,7 +342,9 @@ def convert(
         (of a list, the finest is written); a VTK algorithm with an image as output.
     path: the file to write. It appears when it is complete; an error or Ctrl-C leaves nothing,
         unless with resume.
-    spacing, origin, dataset, labels: see source().
+    spacing, origin: (x, y, z) of an array, or instead of what an image says: distance of voxels,
+        centre of the first one. HDF5 and VTI files have their own; ValueError.
+    dataset, labels: see source(). dataset is also the UID of a DICOM series.
     compression: "lz4" (fastest to read), "deflate" (smallest, read by all HDF5 programs), "none".
     compression_level: 1 (fast) to 12 (small); 0 takes 1.
     brick_size: edge of a storage chunk in voxels, a multiple of 8.
@@ -366,10 +368,12 @@ def convert(
         if not os.path.exists(name) and not any(c in name for c in "*%"):
             raise FileNotFoundError(f"{name} doesn't exist.")
         if writer.CanReadImageFile(name):
-            for argument, value in (("spacing", spacing), ("origin", origin)):
-                if value is not None:
-                    raise ValueError(f"{argument} is for arrays; this volume has its own.")
+            if spacing is not None:
+                writer.SetImageSpacing(_three("spacing", spacing))
+            if origin is not None:
+                writer.SetImageOrigin(_three("origin", origin))
             writer.SetImageFileName(name)
+            writer.SetImageSeries(dataset)
             data = None
         else:
             about = os.stat(name)
@@ -380,6 +384,9 @@ def convert(
             data = source(data, spacing=spacing, origin=origin, labels=labels)
             labels = labels or info(data)["labels"]
             data.SetLevel(0)
+        elif spacing is not None or origin is not None:
+            raise ValueError("spacing and origin are for arrays and files of slices or raw voxels; "
+                             "this volume has its own.")
         writer.SetInputConnection(data.GetOutputPort())
         sources.append(data)
     writer.SetFileName(os.fspath(path))

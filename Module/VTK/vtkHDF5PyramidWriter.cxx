@@ -7,6 +7,9 @@
 #include "PipelineVoxelReader.h"
 #include "PyramidWriter.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <string>
 #include <vtkAlgorithmOutput.h>
 #include <vtkCommand.h>
@@ -22,6 +25,8 @@ vtkHDF5PyramidWriter::vtkHDF5PyramidWriter()
 {
   this->SetNumberOfInputPorts(1);
   this->SetNumberOfOutputPorts(0);
+  std::fill_n(this->ImageSpacing, 3, std::numeric_limits<double>::quiet_NaN());
+  std::fill_n(this->ImageOrigin, 3, std::numeric_limits<double>::quiet_NaN());
 }
 
 int vtkHDF5PyramidWriter::FillInputPortInformation(int, vtkInformation* info)
@@ -45,6 +50,12 @@ void vtkHDF5PyramidWriter::SetInputData(vtkDataObject* data)
 void vtkHDF5PyramidWriter::SetImageFileName(const char* name)
 {
   this->ImageFileName = name ? name : "";
+  this->Modified();
+}
+
+void vtkHDF5PyramidWriter::SetImageSeries(const char* uid)
+{
+  this->ImageSeries = uid ? uid : "";
   this->Modified();
 }
 
@@ -96,6 +107,7 @@ bool vtkHDF5PyramidWriter::WriteImage()
 {
   teravox::ImageVolume::Request request;
   request.Name = this->ImageFileName;
+  request.Series = this->ImageSeries;
   request.Memory = this->MemoryLimit;
   const auto image = teravox::ImageVolume::Open(request);
   if (!image.Ok())
@@ -105,10 +117,17 @@ bool vtkHDF5PyramidWriter::WriteImage()
   }
   const teravox::ImageVolume& volume = image.Value();
   const std::string source = this->SourceName.empty()
-    ? teravox::ImageVolume::SourceName(this->ImageFileName, volume.Files)
+    ? teravox::ImageVolume::SourceName(this->ImageFileName + " " + this->ImageSeries, volume.Files)
     : this->SourceName;
   teravox::VoxelReader::Description description = volume.Reader->Describe();
   description.FillValue = this->FillValue;
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    const double spacing = this->ImageSpacing[a];
+    const double origin = this->ImageOrigin[a];
+    description.Spacing.at(a) = std::isnan(spacing) ? description.Spacing.at(a) : spacing;
+    description.Origin.at(a) = std::isnan(origin) ? description.Origin.at(a) : origin;
+  }
   teravox::DescribedReader reader(*volume.Reader, description);
   return this->WriteVolume(reader, source, volume.ReaderBytes);
 }
@@ -183,6 +202,11 @@ void vtkHDF5PyramidWriter::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "ImageFileName: " << this->ImageFileName << "\n";
+  os << indent << "ImageSeries: " << this->ImageSeries << "\n";
+  os << indent << "ImageSpacing: " << this->ImageSpacing[0] << " " << this->ImageSpacing[1] << " "
+     << this->ImageSpacing[2] << "\n";
+  os << indent << "ImageOrigin: " << this->ImageOrigin[0] << " " << this->ImageOrigin[1] << " "
+     << this->ImageOrigin[2] << "\n";
   os << indent << "FileName: " << this->FileName << "\n";
   os << indent << "ArrayName: " << this->ArrayName << "\n";
   os << indent << "BrickSize: " << this->BrickSize << "\n";

@@ -60,6 +60,23 @@ public:
   void SetImageFileName(VTK_FILEPATH const char* name);
   const char* GetImageFileName() const { return this->ImageFileName.c_str(); }
   ///@}
+
+  ///@{
+  /** Distance of the image file's voxels along x, y, z. Default: NaN, what the file says. */
+  vtkSetVector3Macro(ImageSpacing, double);
+  vtkGetVector3Macro(ImageSpacing, double);
+  ///@}
+  ///@{
+  /** Place of the image file's first voxel. Default: NaN, what the file says. */
+  vtkSetVector3Macro(ImageOrigin, double);
+  vtkGetVector3Macro(ImageOrigin, double);
+  ///@}
+  ///@{
+  /** UID of a DICOM series. Default: empty, there is only one. */
+  void SetImageSeries(const char* uid);
+  const char* GetImageSeries() const { return this->ImageSeries.c_str(); }
+  ///@}
+
   /**
    * Whether ImageFileName may be this: 0 if it is another kind of file, or one of those that are
    * left to VTK's readers, for example with voxels as text. Reads headers.
@@ -173,6 +190,9 @@ private:
     teravox::VoxelReader& reader, const std::string& source, unsigned long long forInput);
 
   std::string ImageFileName;
+  std::string ImageSeries;
+  double ImageSpacing[3]; // set by the constructor
+  double ImageOrigin[3];
   std::string FileName;
   std::string ArrayName;
   int BrickSize = 64;

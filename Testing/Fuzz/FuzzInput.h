@@ -8,38 +8,41 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <string>
 #include <unistd.h>
 
 namespace teravox::fuzz
 {
 
-/// A file of this process with the given content, always the same one, gone when it ends; in memory
-/// where /dev/shm is.
+/// A file of this process with the given content, always the same one of an extension, gone when it
+/// ends; in memory where /dev/shm is.
 inline std::string FileOf(const std::uint8_t* data, std::size_t size, const std::string& extension)
 {
-  static const struct File
+  static struct Files
   {
-    explicit File(const std::string& extension)
-      : Name((std::filesystem::exists("/dev/shm") ? "/dev/shm"
-                                                  : std::filesystem::temp_directory_path()) /
-          ("teravox-fuzz-" + std::to_string(::getpid()) + extension))
+    Files() = default;
+    ~Files()
     {
+      for (const std::filesystem::path& name : this->Names)
+      {
+        std::error_code ignored;
+        std::filesystem::remove(name, ignored);
+      }
     }
-    ~File()
-    {
-      std::error_code ignored;
-      std::filesystem::remove(this->Name, ignored);
-    }
-    File(const File&) = delete;
-    File& operator=(const File&) = delete;
-    File(File&&) = delete;
-    File& operator=(File&&) = delete;
-    std::filesystem::path Name;
-  } file(extension);
-  std::ofstream(file.Name, std::ios::binary)
+    Files(const Files&) = delete;
+    Files& operator=(const Files&) = delete;
+    Files(Files&&) = delete;
+    Files& operator=(Files&&) = delete;
+    std::set<std::filesystem::path> Names;
+  } files;
+  const std::filesystem::path name =
+    (std::filesystem::exists("/dev/shm") ? "/dev/shm" : std::filesystem::temp_directory_path()) /
+    ("teravox-fuzz-" + std::to_string(::getpid()) + extension);
+  files.Names.insert(name);
+  std::ofstream(name, std::ios::binary)
     .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
-  return file.Name.string();
+  return name.string();
 }
 
 /// Ends the program as a crash does, so that the input is kept.

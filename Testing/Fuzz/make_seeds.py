@@ -21,7 +21,7 @@ LARGEST = 300000  # bytes
 here = pathlib.Path(__file__).resolve().parent
 folder = pathlib.Path(sys.argv[1])
 shutil.rmtree(folder, ignore_errors=True)
-for target in ("FuzzFile", "FuzzXml", "FuzzChunk"):
+for target in ("FuzzFile", "FuzzXml", "FuzzChunk", "FuzzImport"):
     (folder / target).mkdir(parents=True)
 
 for kind in ("imaris", "bigdataviewer", "n5", "ngff", "vtkhdf", "amr", "single", "filters"):
@@ -32,6 +32,29 @@ for kind in ("imaris", "bigdataviewer", "n5", "ngff", "vtkhdf", "amr", "single",
             if file.is_file() and file.suffix != ".bin" and file.stat().st_size <= LARGEST:
                 target = "FuzzXml" if file.suffix == ".xml" else "FuzzFile"
                 shutil.copy(file, folder / target / f"{kind}-{file.name}")
+
+# Images: the first byte says what the rest is, by the order of extensions in FuzzImport.cxx.
+KINDS = (".mha", ".mhd", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".hdr", ".vtk", ".tif", ".dcm", "raw", "pattern")
+LARGEST_IMAGE = 40000
+
+
+def image(name, kind, content):
+    (folder / "FuzzImport" / name).write_bytes(bytes([KINDS.index(kind)]) + content)
+
+
+with tempfile.TemporaryDirectory() as made:
+    subprocess.run([sys.executable, "-B", here.parent / "Source" / "make_images.py", made],
+                   check=True, stdout=subprocess.DEVNULL)
+    for file in sorted(pathlib.Path(made).rglob("*")):
+        ending = next((kind for kind in KINDS[::-1] if file.name.endswith(kind)), None)
+        if file.is_file() and ending and file.stat().st_size <= LARGEST_IMAGE:
+            image("-".join(file.relative_to(made).parts), ending, file.read_bytes())
+for flags in (0, 1, 2, 4):  # plain, big-endian, compressed, text
+    content = zlib.compress(bytes(480)) if flags == 2 else b"12 -3,4\n" * 60 if flags == 4 else bytes(480)
+    head = struct.pack("<5q3B5x", 5, 4, 3, 0, 0, flags, 0, 3)
+    image(f"raw-{flags}", "raw", head + content)
+for number, name in enumerate(("a*b%03d.tif", "%d*", "**%2d*%d.dcm", "teravox*%d*.raw")):
+    image(f"pattern-{number}", "pattern", name.encode())
 
 data = bytes(i * i % 251 for i in range(1024))
 lz4 = struct.pack(">QII", len(data), len(data), len(data)) + data  # one stored block

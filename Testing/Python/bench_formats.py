@@ -6,6 +6,12 @@
     h5py      the same file by h5py: each object's attributes, each dataset's shape, type, chunks
     picture   a complete picture of 200 x 150 pixels, of what was opened; window and context are there already
 
+and of images that become a pyramid:
+
+    open      vtkHDF5PyramidWriter.CanReadImageFile(): all that conversion reads of their headers
+    VTK       UpdateInformation() of VTK's reader of the format, which reads the same header
+    picture   teravox.convert(), and a complete picture of the pyramid
+
 Medians in milliseconds. The files are those of Testing/Source/make_*.py: small, so that it is names and attributes that count.
 """
 import pathlib
@@ -19,6 +25,7 @@ import h5py
 import vtk
 
 import teravox
+from teravox.vtkRenderingOutOfCore import vtkHDF5PyramidWriter
 
 FILES = [
     ("Imaris", "imaris", "small.ims", ""),
@@ -35,15 +42,21 @@ FILES = [
     ("a dataset", "single", "one.h5", ""),
 ]
 
+IMAGES = [
+    ("MetaImage", "local_u2.mha", vtk.vtkMetaImageReader),
+    ("NRRD", "raw.nrrd", vtk.vtkNrrdReader),
+    ("NIfTI", "plain_u2.nii", vtk.vtkNIFTIImageReader),
+    ("NIfTI, gzip", "sform.nii.gz", vtk.vtkNIFTIImageReader),
+    ("legacy VTK", "binary_u2.vtk", vtk.vtkStructuredPointsReader),
+    ("TIFF", "pages_u2.tif", vtk.vtkTIFFReader),
+    ("DICOM", "ct", vtk.vtkDICOMImageReader),
+]
 
-def milliseconds(call, repetitions):
-    """The median time of a call, and what the last one returned."""
-    times = []
-    for _ in range(repetitions):
-        begin = time.perf_counter()
-        result = call()
-        times.append((time.perf_counter() - begin) * 1e3)
-    return statistics.median(times), result
+
+def milliseconds(call):
+    begin = time.perf_counter()
+    call()
+    return (time.perf_counter() - begin) * 1e3
 
 
 def by_h5py(name):
@@ -67,8 +80,26 @@ def main():
     window.SetOffScreenRendering(1)
     window.SetSize(200, 150)
     window.Render()
-    print(f"{'format':16}{'open':>8}{'h5py':>8}{'picture':>9}")
+
+    def draw(file, dataset=""):
+        volume = teravox.volume(teravox.open(file, dataset=dataset))
+        renderer = vtk.vtkRenderer()
+        renderer.AddVolume(volume)
+        window.AddRenderer(renderer)
+        window.Render()
+        window.RemoveRenderer(renderer)
+        assert volume.GetMapper().IsConverged(), file
+
+    def measure(label, opening, peer, picture):
+        # In turns, so that what else the machine does falls on both.
+        pairs = [(milliseconds(opening), milliseconds(peer)) for _ in range(repetitions)]
+        ratio = statistics.median(ours / theirs for ours, theirs in pairs)
+        ours, theirs = (statistics.median(column) for column in zip(*pairs))
+        drawing = statistics.median(milliseconds(picture) for _ in range(max(1, repetitions // 3)))
+        print(f"{label:16}{ours:8.2f}{theirs:8.2f}{drawing:9.1f}{ratio:12.2f}", flush=True)
+
     with tempfile.TemporaryDirectory() as folder:
+        print(f"{'format':16}{'open':>8}{'h5py':>8}{'picture':>9}{'open/h5py':>12}")
         made = set()
         for label, script, name, dataset in FILES:
             if script not in made:
@@ -76,19 +107,23 @@ def main():
                 made.add(script)
             file = f"{folder}/{name}"
 
-            def picture():
-                volume = teravox.volume(teravox.open(file, dataset=dataset))
-                renderer = vtk.vtkRenderer()
-                renderer.AddVolume(volume)
-                window.AddRenderer(renderer)
-                window.Render()
-                window.RemoveRenderer(renderer)
-                assert volume.GetMapper().IsConverged(), file
+            measure(label, lambda: teravox.open(file, dataset=dataset), lambda: by_h5py(file),
+                    lambda: draw(file, dataset))
+        print(f"{'format':16}{'open':>8}{'VTK':>8}{'picture':>9}{'open/VTK':>12}")
+        subprocess.run([sys.executable, "-B", str(scripts / "make_images.py"), folder], check=True)
+        for label, name, reader in IMAGES:
+            file = f"{folder}/{name}"
 
-            opening, _ = milliseconds(lambda: teravox.open(file, dataset=dataset), repetitions)
-            reading, _ = milliseconds(lambda: by_h5py(file), repetitions)
-            drawing, _ = milliseconds(picture, max(1, repetitions // 3))
-            print(f"{label:16}{opening:8.2f}{reading:8.2f}{drawing:9.1f}")
+            def by_vtk():
+                instance = reader()
+                (instance.SetDirectoryName if name == "ct" else instance.SetFileName)(file)
+                instance.UpdateInformation()
+
+            def convert_and_draw():
+                teravox.convert(file, f"{folder}/converted.h5", progress=False)
+                draw(f"{folder}/converted.h5")
+
+            measure(label, lambda: vtkHDF5PyramidWriter.CanReadImageFile(file), by_vtk, convert_and_draw)
 
 
 main()

@@ -180,6 +180,12 @@ class Files(Folder):
             back = teravox.read(teravox.open(self.path("s.h5")))
             # TIFF's first row is the uppermost one, VTK's the lowest: written and read, they are the same.
             np.testing.assert_array_equal(back[:, ::-1], slices)
+        place = {"spacing": (0.5, 0.25, 2), "origin": (1, 2, 3)}
+        teravox.convert(self.path("stack"), self.path("placed.h5"), progress=False, **place)
+        about = teravox.info(teravox.open(self.path("placed.h5")))
+        self.assertEqual((about["spacing"], about["origin"]), ((0.5, 0.25, 2), (1, 2, 3)))
+        with self.assertRaisesRegex(ValueError, "of its own|its own"):
+            teravox.convert(self.path("placed.h5"), self.path("again.h5"), progress=False, **place)
         with self.assertRaises(FileNotFoundError):
             teravox.convert(self.path("none.nii"), self.path("s.h5"), progress=False)
 

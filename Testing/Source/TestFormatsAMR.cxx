@@ -52,6 +52,9 @@ TEST(FormatsAMR, CellsLieWhereTheFileSays)
   EXPECT_EQ(info.Origin, (Double3{ 10 - 15.5 * 0.25, 20 + 8.5 * 0.5, 30.5 }));
   EXPECT_NE(SeenBy(*source).find("3 levels of refinement, 2 boxes"), std::string::npos)
     << SeenBy(*source);
+  const auto both = OpenFormat(files->File("both.vtkhdf"));
+  ASSERT_TRUE(both);
+  EXPECT_NE(SeenBy(*both).find("1 array of points left out"), std::string::npos) << SeenBy(*both);
   const auto open = OpenFormat(files->File("uneven.vtkhdf"));
   ASSERT_TRUE(open);
   EXPECT_NE(SeenBy(*open).find("are NaN"), std::string::npos) << SeenBy(*open);
@@ -124,6 +127,7 @@ TEST(FormatsAMR, ContradictionsAreNamed)
   ExpectOpenFails(files->File("moving.vtkhdf"), FormatOptions(VolumeRequest::AllChannels, 1),
     StatusCode::Unsupported, "choose one of them");
   fails("nothing", StatusCode::NotFound, "no cell data");
+  fails("points", StatusCode::Unsupported, "values at points ('density')");
   fails("no_levels", StatusCode::Corrupt, "/VTKHDF/Level0");
 }
 

@@ -5,6 +5,7 @@
 #include "AllocationFaults.h"
 #include "BrickLoader.h"
 #include "DiskFaults.h"
+#include "Import/ImageVolume.h"
 #include "TestPyramidSupport.h"
 
 #include <cerrno>
@@ -200,6 +201,53 @@ TEST(HDF5Faults, EveryReadMayFailOnce)
       // Reads whose failure nobody notices are those that the library tries without need.
       EXPECT_GT(failed, kind == DiskRule::Fault::Error ? n / 2 : -1);
     }
+  }
+}
+
+TEST(HDF5Faults, ReadsOfImagesMayFail)
+{
+  const Faultless faultless;
+  const TemporaryFolder folder;
+  const std::string header = "NDims = 3\nDimSize = 8 8 8\nElementType = MET_UCHAR\n";
+  std::string voxels;
+  std::string text;
+  for (int i = 0; i < 512; ++i)
+  {
+    voxels += static_cast<char>(i * i % 251);
+    text += std::to_string(i * i % 251) + " ";
+  }
+  std::ofstream(folder.File("plain.mha"), std::ios::binary) << header << "ElementDataFile = LOCAL\n"
+                                                            << voxels;
+  std::ofstream(folder.File("text.mha"), std::ios::binary)
+    << header << "BinaryData = False\nElementDataFile = LOCAL\n"
+    << text;
+  for (const char* name : { "plain.mha", "text.mha" })
+  {
+    std::int64_t n = 0;
+    for (bool met = true; met; ++n)
+    {
+      SCOPED_TRACE(name + std::string(", read ") + std::to_string(n));
+      DiskRule rule;
+      rule.File = name;
+      rule.Errno = EIO;
+      rule.Skip = n;
+      rule.Count = 1;
+      BeginDiskFaults(rule);
+      ImageVolume::Request request;
+      request.Name = folder.File(name);
+      const auto image = ImageVolume::Open(request);
+      std::string read(voxels.size(), '\0');
+      const auto readAll = [&] {
+        return image.Value().Reader->ReadBox({ 0, 0, 0 }, { 8, 8, 8 }, read.data());
+      };
+      const Status status = image.Ok() ? readAll() : image.GetStatus();
+      met = DiskOperationsMet() > n;
+      EndDiskFaults();
+      ASSERT_EQ(status.Ok(), !met) << status.Message();
+      EXPECT_TRUE(status.Ok() || status.Message().find(request.Name) != std::string::npos);
+      EXPECT_TRUE(!image.Ok() || (readAll().Ok() && read == voxels));
+    }
+    EXPECT_GT(n, 2);
   }
 }
 

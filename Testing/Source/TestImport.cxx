@@ -1,7 +1,9 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "AllocationFaults.h"
 #include "Import/DICOMSeries.h"
 #include "Import/FileList.h"
+#include "Import/ImageVolume.h"
 #include "Import/RawVolume.h"
 #include "Import/SliceVoxelReader.h"
 #include "Import/TIFFStack.h"
@@ -11,7 +13,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <random>
+#include <sys/stat.h>
 
 namespace teravox::testing
 {
@@ -187,6 +191,131 @@ TEST(Import, WhatCantBeReadIsNamed)
   expect("absent.tif", StatusCode::NotFound, "absent.tif");
   const auto time = ReadNIfTIHeader(files->File("series.nii"), 2);
   EXPECT_EQ(time.GetStatus().Code(), StatusCode::InvalidArgument);
+}
+
+/// Headers that claim what can't be, or name what isn't a file, are errors with a reason: nothing
+/// is computed or allocated with their numbers, and nothing waits.
+TEST(Import, ClaimsOfHeadersAreChecked)
+{
+  TERAVOX_FORMAT_FILES(files, "images");
+  const TemporaryFolder folder;
+  const auto expect =
+    [&](const std::string& name, const std::string& content, StatusCode code, const char* text)
+  {
+    SCOPED_TRACE(name + ": " + text);
+    std::ofstream(folder.File(name), std::ios::binary) << content;
+    ImageVolume::Request request;
+    request.Name = folder.File(name);
+    request.Memory = 16 << 20;
+    const auto opened = ImageVolume::Open(request);
+    EXPECT_EQ(opened.GetStatus().Code(), code) << opened.GetStatus().Message();
+    EXPECT_NE(opened.GetStatus().Message().find(text), std::string::npos)
+      << opened.GetStatus().Message();
+  };
+  const auto changed = [&](const char* name, const std::string& from, const std::string& to)
+  {
+    std::ifstream in(files->File(name), std::ios::binary);
+    std::string whole((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    const std::size_t at = whole.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return whole.replace(at, from.size(), to);
+  };
+  const auto meta = [&](const std::string& from, const std::string& to)
+  { return changed("local_u2.mha", from, to); };
+  const std::string list = meta("= LOCAL", "= LIST");
+  expect(
+    "list.mhd", list.substr(0, list.find("LIST") + 5), StatusCode::InvalidArgument, "can't be");
+  for (const char* channels : { "0", "5", "1e300", "nan" })
+  {
+    expect("channels.mha", meta("OfChannels = 1", std::string("OfChannels = ") + channels),
+      StatusCode::Unsupported, channels);
+  }
+  expect(
+    "skip.mha", meta("NDims = 3", "NDims = 3\nHeaderSize = 1e300"), StatusCode::Corrupt, "1e300");
+  expect(
+    "place.mha", meta("Offset = 10.0", "Offset = nan"), StatusCode::Corrupt, "without a place");
+  expect(
+    "size.mha", meta("DimSize = 23", "DimSize = 2147483647"), StatusCode::Corrupt, "too short");
+  expect("colours.nrrd", changed("colours.nrrd", "sizes: 4", "sizes: -1e99"),
+    StatusCode::Unsupported, "4 axes");
+  std::string first = changed("plain_u2.nii", "n+1", "n+1");
+  first.replace(108, 4, "\xff\xff\xff\xff"); // NaN; found by FuzzImport
+  expect("nan.nii", first, StatusCode::Corrupt, "begin nowhere");
+  // Of NIfTI 2 the place of the voxels is a 64-bit number, here in a compressed stream.
+  std::string second(544, '\0');
+  const auto put = [&second](std::size_t at, auto value)
+  { std::memcpy(second.data() + at, &value, sizeof(value)); };
+  put(0, std::int32_t{ 540 });
+  put(12, std::int16_t{ 2 });
+  for (std::size_t i = 0; i < 4; ++i)
+  {
+    put(16 + 8 * i, std::int64_t{ i == 0 ? 3 : 4 });
+    put(104 + 8 * i, 1.0);
+  }
+  put(168, std::numeric_limits<std::int64_t>::max());
+  std::ofstream(folder.File("pair.hdr"), std::ios::binary) << second;
+  expect("pair.img", "\x1f\x8b", StatusCode::InvalidArgument, "can't be");
+  // Bytes of a picture whose sizes have 31 bits each don't fit into 64 bits.
+  std::string picture = changed("pages_f4.tif", "II", "II");
+  const std::string width("\x00\x01\x04\x00\x01\x00\x00\x00\x2f\x00\x00\x00", 12);
+  const std::string height("\x01\x01\x04\x00\x01\x00\x00\x00\x21\x00\x00\x00", 12);
+  const std::string rows("\x16\x01\x04\x00\x01\x00\x00\x00\x05\x00\x00\x00", 12);
+  for (const std::string& tag : { width, height, rows })
+  {
+    const std::size_t at = picture.find(tag);
+    ASSERT_NE(at, std::string::npos);
+    picture.replace(at + 8, 4, "\xff\xff\xff\x7f");
+  }
+  expect("size.tif", picture, StatusCode::Corrupt, "size.tif");
+}
+
+/// Each allocation of opening an image may fail: an error, and the next time it is opened. Not that
+/// of listing a folder, which libstdc++ doesn't survive.
+TEST(Import, AllocationsOfOpeningMayFail)
+{
+  TERAVOX_FORMAT_FILES(files, "images");
+  for (const char* name : { "local_u2.mha", "pattern.mhd", "gzip.nrrd", "sform.nii.gz",
+         "text_u1.vtk", "imagej.tif", "ct/0.dcm" })
+  {
+    SCOPED_TRACE(name);
+    ImageVolume::Request request;
+    request.Name = files->File(name);
+    std::int64_t failures = 0;
+    bool met = true;
+    for (std::int64_t n = 0; met; n += 1 + n / 50)
+    {
+      test::FailAllocationAfter(n);
+      const auto opened = ImageVolume::Open(request);
+      met = test::EndAllocationFault();
+      ASSERT_TRUE(met || opened.Ok()) << opened.GetStatus().Message();
+      failures += opened.Ok() ? 0 : 1;
+    }
+    EXPECT_GT(failures, 5);
+  }
+}
+
+TEST(Import, NothingIsReadFromPipes)
+{
+  const TemporaryFolder folder;
+  const std::string header = "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\n"
+                             "ElementType = MET_UCHAR\nElementDataFile = pipe.mha\n";
+  for (const char* name :
+    { "pipe.mha", "pipe.nii", "pipe.nrrd", "pipe.vtk", "pipe.tif", "pipe.dcm" })
+  {
+    ASSERT_EQ(::mkfifo(folder.File(name).c_str(), 0600), 0);
+    ImageVolume::Request request;
+    request.Name = folder.File(name);
+    EXPECT_FALSE(ImageVolume::Open(request).Ok()) << name;
+  }
+  for (const char* kind : { "", "CompressedData = True\n", "BinaryData = False\n" })
+  {
+    std::ofstream(folder.File("image.mhd"), std::ios::binary) << kind + header;
+    ImageVolume::Request request;
+    request.Name = folder.File("image.mhd");
+    const Status status = ImageVolume::Open(request).GetStatus();
+    EXPECT_NE(status.Message().find("pipe.mha' is no regular file"), std::string::npos)
+      << status.Message();
+  }
 }
 
 TEST(Import, ChannelsTimesAndSeriesAreChosen)

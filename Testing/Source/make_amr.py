@@ -135,4 +135,6 @@ spoil("few_boxes", replace("Steps/Level1/NumberOfAMRBoxes", lambda n: n + 3), of
 spoil("few_cells", replace("Level0/CellData/density", lambda a: a[:-1]), of="moving")
 spoil("no_step", replace("Steps/Level0/CellDataOffsets/density", lambda a: -a), of="moving")
 spoil("nothing", lambda g: g["Level0"].__delitem__("CellData"))
+spoil("points", lambda g: [g[f"Level{n}"].move("CellData", "PointData") for n in range(3)])
+spoil("both", lambda g: g["Level0"].create_dataset("PointData/speed", data=np.zeros(9)))
 spoil("no_levels", lambda g: g.__delitem__("Level0"))

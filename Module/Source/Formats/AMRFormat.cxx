@@ -375,10 +375,17 @@ Result<VolumeDescription> DescribeAMR(const HDF5File& file, const VolumeRequest&
   }
   std::vector<std::string> arrays = VTKHDFArrays(file, LevelPath(0) + "/CellData");
   arrays.erase(std::remove(arrays.begin(), arrays.end(), "vtkGhostType"), arrays.end());
+  std::vector<std::string> points = VTKHDFArrays(file, LevelPath(0) + "/PointData");
+  points.erase(std::remove(points.begin(), points.end(), "vtkGhostType"), points.end());
   if (arrays.empty())
   {
-    return Status(StatusCode::NotFound,
-      "The file '" + file.Name() + "' has no volume: its level 0 has no cell data.");
+    return points.empty()
+      ? Status(StatusCode::NotFound,
+          "The file '" + file.Name() + "' has no volume: its level 0 has no cell data.")
+      : Status(StatusCode::Unsupported,
+          "The file '" + file.Name() + "' has values at points ('" + points.front() +
+            "'), whose levels share their positions; cell data are read (in VTK, "
+            "vtkPointDataToCellData makes them).");
   }
   const bool temporal = file.Has(std::string(PyramidFormat::ImageGroup) + "/Steps");
   status = temporal ? ReadVTKHDFTimes(file, d) : Status();
@@ -419,6 +426,10 @@ Result<VolumeDescription> DescribeAMR(const HDF5File& file, const VolumeRequest&
   if (!status.Ok())
   {
     return status;
+  }
+  if (!points.empty())
+  {
+    d.Seen.push_back(Counted(points.size(), "array") + " of points left out; cells are read.");
   }
   d.Seen.push_back(Counted(d.Levels.size(), "level") + " of refinement, " +
     std::to_string(d.Boxes->Levels.back().Boxes.size()) +

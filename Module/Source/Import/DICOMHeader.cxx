@@ -318,7 +318,7 @@ Result<DICOMHeader> DICOMHeader::Read(const std::string& fileName)
       }
     }
     constexpr std::size_t most = std::size_t{ 1 } << 26;
-    if (r.Pixels || begin.Value().size() < bytes || bytes > most)
+    if (r.Pixels || begin.Value().size() < bytes || bytes >= most)
     {
       break;
     }

@@ -9,23 +9,65 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
+#include <fcntl.h>
 #include <sstream>
+#include <sys/stat.h>
+#include <unistd.h>
 
 namespace teravox::headers
 {
 
+Result<int> OpenRegular(const std::string& fileName)
+{
+  // Opening a pipe waits for its writer otherwise.
+  const int file = ::open(fileName.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  struct stat info = {};
+  if (file < 0 || ::fstat(file, &info) != 0)
+  {
+    const int error = errno;
+    if (file >= 0)
+    {
+      ::close(file);
+    }
+    return Status(error == ENOENT ? StatusCode::NotFound : StatusCode::InputOutput,
+      "'" + fileName + "' can't be opened: " + std::strerror(error) + ".");
+  }
+  if (!S_ISREG(info.st_mode))
+  {
+    ::close(file);
+    return Unsupported(fileName, "is no regular file");
+  }
+  return file;
+}
+
 Result<std::string> Begin(const std::string& fileName, std::size_t most)
 {
-  std::ifstream in(fileName, std::ios::binary);
-  if (!in)
+  const auto file = OpenRegular(fileName);
+  if (!file.Ok())
   {
-    return Status(errno == ENOENT ? StatusCode::NotFound : StatusCode::InputOutput,
-      "'" + fileName + "' can't be opened: " + std::strerror(errno) + ".");
+    return file.GetStatus();
   }
-  std::string text(most, '\0');
-  in.read(text.data(), static_cast<std::streamsize>(most));
-  text.resize(static_cast<std::size_t>(in.gcount()));
+  struct stat info = {};
+  std::string text(::fstat(file.Value(), &info) == 0
+      ? std::min(most, static_cast<std::size_t>(std::max<off_t>(0, info.st_size)))
+      : most,
+    '\0');
+  std::size_t had = 0;
+  ssize_t n = 1;
+  while (had < text.size() && n != 0)
+  {
+    n = ::read(file.Value(), text.data() + had, text.size() - had);
+    if (n < 0 && errno != EINTR)
+    {
+      const Status failed(
+        StatusCode::InputOutput, "'" + fileName + "' can't be read: " + std::strerror(errno) + ".");
+      ::close(file.Value());
+      return failed;
+    }
+    had += static_cast<std::size_t>(std::max<ssize_t>(0, n));
+  }
+  ::close(file.Value());
+  text.resize(had);
   return text;
 }
 
@@ -107,6 +149,10 @@ Status TakeSteps(const std::string& fileName, const std::array<Double3, 3>& step
 {
   for (std::size_t a = 0; a < 3; ++a)
   {
+    if (!std::isfinite(volume.Origin.at(a)))
+    {
+      return Corrupt(fileName, "has a first voxel without a place");
+    }
     const Double3& step = steps.at(a);
     const double length = std::sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2]);
     if (!(length > 0.0) || !std::isfinite(length))

@@ -17,7 +17,11 @@
 namespace teravox::headers
 {
 
-/// The first bytes of a file, at most `most`. Errors: NotFound, InputOutput.
+/// A descriptor of a regular file, open for reading; the caller closes it. Errors: NotFound,
+/// InputOutput; Unsupported for what isn't a regular file: reading of a pipe may never end.
+Result<int> OpenRegular(const std::string& fileName);
+
+/// The first bytes of a file, at most `most`. Errors: as OpenRegular().
 Result<std::string> Begin(const std::string& fileName, std::size_t most);
 
 /// "'FILE' WHAT.", as Corrupt or Unsupported.
@@ -36,7 +40,7 @@ std::optional<std::vector<std::string>> Numbered(
   const std::string& pattern, std::int64_t first, std::int64_t last, std::int64_t step);
 
 /// Spacing and direction of a volume whose axes have these steps in the world.
-/// Errors: Corrupt if they are of no length or lie in a plane.
+/// Errors: Corrupt if they are of no length or lie in a plane, or if the origin is nowhere.
 Status TakeSteps(const std::string& fileName, const std::array<Double3, 3>& steps,
   VoxelReader::Description& volume);
 

@@ -11,6 +11,7 @@
 #include <array>
 #include <cctype>
 #include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -129,15 +130,8 @@ Result<ImageVolume> OpenSeveral(
   }
   return OpenStack(request, pictures);
 }
-} // namespace
 
-bool ImageVolume::IsImage(const std::string& name)
-{
-  return IsPattern(name) || IsFolder(name) || KindByName(name) != Kind::None ||
-    DICOMSeries::IsDICOM(name);
-}
-
-Result<ImageVolume> ImageVolume::Open(
+Result<ImageVolume> OpenVoxels(
   const Result<RawVolume>& volume, const std::string& name, std::uint64_t memory)
 {
   if (!volume.Ok())
@@ -145,14 +139,14 @@ Result<ImageVolume> ImageVolume::Open(
     return volume.GetStatus();
   }
   std::vector<std::string> files = volume.Value().Files;
-  if (files.front() != name)
+  if (files.empty() || files.front() != name)
   {
     files.push_back(name);
   }
   return OfReader(RawVolume::Open(volume.Value(), memory / 4), memory, std::move(files));
 }
 
-Result<ImageVolume> ImageVolume::Open(const Request& request)
+Result<ImageVolume> OpenAny(const ImageVolume::Request& request)
 {
   const std::string& name = request.Name;
   if (IsPattern(name))
@@ -171,13 +165,13 @@ Result<ImageVolume> ImageVolume::Open(const Request& request)
   switch (KindByName(name))
   {
     case Kind::NIfTI:
-      return Open(ReadNIfTIHeader(name, request.TimePoint), name, request.Memory);
+      return OpenVoxels(ReadNIfTIHeader(name, request.TimePoint), name, request.Memory);
     case Kind::MetaImage:
-      return Open(ReadMetaImageHeader(name), name, request.Memory);
+      return OpenVoxels(ReadMetaImageHeader(name), name, request.Memory);
     case Kind::NRRD:
-      return Open(ReadNRRDHeader(name), name, request.Memory);
+      return OpenVoxels(ReadNRRDHeader(name), name, request.Memory);
     case Kind::LegacyVTK:
-      return Open(ReadLegacyVTKHeader(name), name, request.Memory);
+      return OpenVoxels(ReadLegacyVTKHeader(name), name, request.Memory);
     case Kind::TIFF:
       return OpenStack(request, { name });
     case Kind::DICOM:
@@ -189,6 +183,38 @@ Result<ImageVolume> ImageVolume::Open(const Request& request)
   return DICOMSeries::IsDICOM(name) ? OpenSeries(request, { name })
                                     : Result<ImageVolume>(Status(StatusCode::Unsupported,
                                         name + " is no image that is read piece by piece."));
+}
+
+/// Callers are VTK and Python, which no exception may reach.
+template <typename F>
+Result<ImageVolume> WithoutExceptions(const std::string& name, const F& open)
+{
+  try
+  {
+    return open();
+  }
+  catch (const std::exception& error)
+  {
+    return Status(StatusCode::ResourceExhausted, name + " can't be opened: " + error.what() + ".");
+  }
+}
+} // namespace
+
+bool ImageVolume::IsImage(const std::string& name)
+{
+  return IsPattern(name) || IsFolder(name) || KindByName(name) != Kind::None ||
+    DICOMSeries::IsDICOM(name);
+}
+
+Result<ImageVolume> ImageVolume::Open(
+  const Result<RawVolume>& volume, const std::string& name, std::uint64_t memory)
+{
+  return WithoutExceptions(name, [&] { return OpenVoxels(volume, name, memory); });
+}
+
+Result<ImageVolume> ImageVolume::Open(const Request& request)
+{
+  return WithoutExceptions(request.Name, [&] { return OpenAny(request); });
 }
 
 std::string ImageVolume::SourceName(

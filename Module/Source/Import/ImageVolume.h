@@ -36,7 +36,7 @@ struct ImageVolume
 
   /// Errors: NotFound; Unsupported for what isn't read here, other readers may; Corrupt;
   /// InvalidArgument for a channel, time point or series that isn't there; ResourceExhausted if a
-  /// slice takes more than half of the memory.
+  /// slice takes more than half of the memory, or the system has none. Never throws.
   static Result<ImageVolume> Open(const Request& request);
   /// Voxels without a header, or those of any header that was read.
   static Result<ImageVolume> Open(

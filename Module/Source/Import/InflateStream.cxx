@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "InflateStream.h"
 
+#include "HeaderText.h"
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <fcntl.h>
 #include <limits>
 #include <new>
 #include <unistd.h>
@@ -61,12 +62,12 @@ Result<std::unique_ptr<InflateStream>> InflateStream::Open(
   const std::string& fileName, std::int64_t offset)
 {
   std::unique_ptr<InflateStream> stream(new InflateStream(fileName, offset));
-  stream->File = ::open(fileName.c_str(), O_RDONLY | O_CLOEXEC);
-  if (stream->File < 0)
+  const auto file = headers::OpenRegular(fileName);
+  if (!file.Ok())
   {
-    return Status(errno == ENOENT ? StatusCode::NotFound : StatusCode::InputOutput,
-      "'" + fileName + "' can't be opened: " + std::strerror(errno) + ".");
+    return file.GetStatus();
   }
+  stream->File = file.Value();
   const Status status = stream->Start();
   return status.Ok() ? Result<std::unique_ptr<InflateStream>>(std::move(stream))
                      : Result<std::unique_ptr<InflateStream>>(status);

@@ -163,7 +163,13 @@ Result<RawVolume> ReadMetaImageHeader(const std::string& fileName)
   }
   volume.Type = *type;
   volume.ArrayName = "MetaImage"; // as VTK calls it
-  volume.Components = static_cast<int>(numbers({ "ElementNumberOfChannels" }, 1, { 1 })[0]);
+  const double channels = numbers({ "ElementNumberOfChannels" }, 1, { 1 })[0];
+  if (!(channels >= 1.0) || channels > 4.0)
+  {
+    return Unsupported(
+      fileName, "has " + field({ "ElementNumberOfChannels" }) + " channels; 1 to 4 are read");
+  }
+  volume.Components = static_cast<int>(channels);
   const std::vector<double> size = numbers({ "DimSize" }, n, {});
   if (size.empty())
   {
@@ -205,8 +211,12 @@ Result<RawVolume> ReadMetaImageHeader(const std::string& fileName)
   raw.BigEndian = IsTrue(field({ "BinaryDataByteOrderMSB", "ElementByteOrderMSB" }));
   raw.Compressed = !raw.Text && IsTrue(field({ "CompressedData" }));
   const std::string skip = field({ "HeaderSize" });
-  raw.Offset =
-    skip == "-1" ? -1 : static_cast<std::int64_t>(numbers({ "HeaderSize" }, 1, { 0 })[0]);
+  const auto skipped = formats::ParseIndex(skip, std::int64_t{ 1 } << 60);
+  if (!skipped && skip != "-1" && !skip.empty())
+  {
+    return Corrupt(fileName, "has a header of '" + skip + "' bytes");
+  }
+  raw.Offset = skip == "-1" ? -1 : skipped.value_or(0);
   status = TakeFiles(fileName, header, raw);
   return status.Ok() ? Result<RawVolume>(raw) : Result<RawVolume>(status);
 }

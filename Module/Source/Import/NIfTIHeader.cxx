@@ -217,7 +217,12 @@ Result<Header> Parse(const std::string& name, bool& swapped)
     {
       Header h =
         Take<std::int16_t, float, std::int16_t>(f, { 40, 76, 70, 0, 252, 254, 256, 268, 280 });
-      h.VoxOffset = static_cast<std::int64_t>(std::clamp(f.At<float>(108), 0.0F, 1e9F));
+      const auto offset = f.At<float>(108);
+      if (!std::isfinite(offset))
+      {
+        return Corrupt(name, "has voxels that begin nowhere");
+      }
+      h.VoxOffset = static_cast<std::int64_t>(std::clamp(offset, 0.0F, 1e9F));
       return h;
     }
     if (size == second && had >= static_cast<std::size_t>(second))

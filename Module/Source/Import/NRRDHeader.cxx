@@ -172,7 +172,7 @@ Status TakeAxes(const std::string& fileName, const Header& header,
   }
   const std::vector<std::string> kinds = headers::Words(headers::Lower(field("kinds")));
   const bool spatialKind = kinds.empty() || kinds[0] == "domain" || kinds[0] == "space";
-  const bool components = sizes->size() > 1 && (*sizes)[0] <= 4 &&
+  const bool components = sizes->size() > 1 && (*sizes)[0] >= 1 && (*sizes)[0] <= 4 &&
     (directions.empty() ? !spatialKind || sizes->size() == 4 : !directions[0].has_value());
   const std::size_t first = components ? 1 : 0;
   if (sizes->size() - first > 3)

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "RawVolume.h"
 
+#include "HeaderText.h"
 #include "InflateStream.h"
 #include "SliceVoxelReader.h"
 #include "TextNumbers.h"
@@ -9,7 +10,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
@@ -113,12 +113,17 @@ private:
   {
     const std::string& name = this->Raw.Files[i];
     this->Close();
-    this->File = ::open(name.c_str(), O_RDONLY | O_CLOEXEC);
-    struct stat info = {};
-    if (this->File < 0 || ::fstat(this->File, &info) != 0)
+    const auto file = headers::OpenRegular(name);
+    if (!file.Ok())
     {
-      return { errno == ENOENT ? StatusCode::NotFound : StatusCode::InputOutput,
-        "'" + name + "' can't be opened: " + std::strerror(errno) + "." };
+      return file.GetStatus();
+    }
+    this->File = file.Value();
+    struct stat info = {};
+    if (::fstat(this->File, &info) != 0)
+    {
+      return { StatusCode::InputOutput,
+        "'" + name + "' can't be read: " + std::strerror(errno) + "." };
     }
     const Int3& all = this->Raw.Volume.Dimensions;
     const std::int64_t wanted =
@@ -247,6 +252,8 @@ Status Check(const RawVolume& volume)
     good = d.Dimensions.at(a) >= 1 && d.Dimensions.at(a) <= most &&
       !__builtin_mul_overflow(bytes, d.Dimensions.at(a), &bytes);
   }
+  std::int64_t end = 0; // of a compressed stream
+  good = good && volume.Before >= 0 && !__builtin_add_overflow(bytes, volume.Before, &end);
   const std::string name = volume.Files.empty() ? "The volume" : "'" + volume.Files.front() + "'";
   if (!good)
   {

@@ -7,6 +7,7 @@
 #include "SliceVoxelReader.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <cstring>
@@ -268,7 +269,8 @@ Double3 SpacingOf(TIFF* file, const ImageJ& description)
   const std::array<std::uint32_t, 2> tags{ TIFFTAG_XRESOLUTION, TIFFTAG_YRESOLUTION };
   for (std::size_t a = 0; a < 2; ++a)
   {
-    if (length > 0.0 && TIFFGetField(file, tags.at(a), &perUnit) != 0 && perUnit > 0.0F)
+    if (length > 0.0 && TIFFGetField(file, tags.at(a), &perUnit) != 0 && perUnit > 0.0F &&
+      std::isfinite(perUnit))
     {
       spacing.at(a) = length / static_cast<double>(perUnit);
     }
@@ -278,7 +280,8 @@ Double3 SpacingOf(TIFF* file, const ImageJ& description)
   if (between != description.Fields.end())
   {
     const auto number = formats::ParseNumbers(between->second, 1);
-    spacing[2] = number && number->size() == 1 && (*number)[0] > 0.0 ? (*number)[0] : spacing[2];
+    const bool good = number && number->size() == 1 && (*number)[0] > 0.0;
+    spacing[2] = good && std::isfinite((*number)[0]) ? (*number)[0] : spacing[2];
   }
   return spacing;
 }
@@ -496,6 +499,13 @@ Result<std::shared_ptr<VoxelReader>> TIFFStack::Open(const Request& request)
   if (!page.Ok())
   {
     return page.GetStatus();
+  }
+  std::int64_t bytes =
+    static_cast<std::int64_t>(SizeOf(page.Value().Type)) * page.Value().Components;
+  if (__builtin_mul_overflow(bytes, page.Value().Width, &bytes) ||
+    __builtin_mul_overflow(bytes, page.Value().Height, &bytes))
+  {
+    return Corrupt(name, "has a picture of a size that can't be");
   }
   const ImageJ description = DescriptionOf(file.get());
   VoxelReader::Description volume;

@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "TextNumbers.h"
 
+#include "HeaderText.h"
+
 #include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <fcntl.h>
 #include <limits>
 #include <type_traits>
 #include <unistd.h>
@@ -91,12 +92,12 @@ TextNumbers::~TextNumbers()
 Result<std::unique_ptr<TextNumbers>> TextNumbers::Open(const std::string& fileName)
 {
   std::unique_ptr<TextNumbers> numbers(new TextNumbers(fileName));
-  numbers->File = ::open(fileName.c_str(), O_RDONLY | O_CLOEXEC);
-  if (numbers->File < 0)
+  const auto file = headers::OpenRegular(fileName);
+  if (!file.Ok())
   {
-    return Status(errno == ENOENT ? StatusCode::NotFound : StatusCode::InputOutput,
-      "'" + fileName + "' can't be opened: " + std::strerror(errno) + ".");
+    return file.GetStatus();
   }
+  numbers->File = file.Value();
   return numbers;
 }
 

@@ -1,0 +1,129 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Files of images that become a pyramid: headers, then corners of slices. Voxels without a header,
+// of any size that may be claimed; names that stand for several files.
+#include "FuzzInput.h"
+#include "Import/FileList.h"
+#include "Import/ImageVolume.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+namespace
+{
+using namespace teravox;
+
+constexpr std::array<const char*, 10> Extensions{ ".mha", ".mhd", ".nrrd", ".nhdr", ".nii",
+  ".nii.gz", ".hdr", ".vtk", ".tif", ".dcm" };
+constexpr std::size_t Raw =
+  Extensions.size();                     // numbers that users give for voxels without a header
+constexpr std::size_t Pattern = Raw + 1; // a name with * and %d
+constexpr std::uint64_t Memory = std::uint64_t{ 64 } << 20;
+constexpr std::int64_t MostVoxels = std::int64_t{ 1 } << 20; // that are read of one file
+
+void ReadSome(const Result<ImageVolume>& volume)
+{
+  fuzz::Require(volume.Ok() || !volume.GetStatus().Message().empty(), "an error has a message");
+  if (!volume.Ok())
+  {
+    return;
+  }
+  VoxelReader& reader = *volume.Value().Reader;
+  const VoxelReader::Description d = reader.Describe();
+  bool good = d.Components >= 1 && d.Components <= 4;
+  std::int64_t voxels = 1;
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    good = good && d.Dimensions.at(a) >= 1 && d.Dimensions.at(a) <= 0x7fffffff &&
+      d.Spacing.at(a) > 0 && std::isfinite(d.Spacing.at(a)) && std::isfinite(d.Origin.at(a));
+  }
+  fuzz::Require(good, "a volume that was opened has a size and a place");
+  fuzz::Require(volume.Value().ReaderBytes <= Memory / 2, "the budget holds");
+  // The corners of the first and the last slice, and those of a hundred in between.
+  const Int3 size{ std::min<std::int64_t>(d.Dimensions[0], 64),
+    std::min<std::int64_t>(d.Dimensions[1], 64), 1 };
+  const std::int64_t step = std::max<std::int64_t>(1, d.Dimensions[2] / 100);
+  std::vector<std::byte> box(static_cast<std::size_t>(size[0] * size[1]) * SizeOf(d.Type) *
+    static_cast<std::size_t>(d.Components));
+  for (std::int64_t z = 0; z < d.Dimensions[2] && voxels < MostVoxels; z += step)
+  {
+    const Status first = reader.ReadBox({ 0, 0, z }, size, box.data());
+    const Status last = reader.ReadBox(
+      { d.Dimensions[0] - size[0], d.Dimensions[1] - size[1], d.Dimensions[2] - 1 - z }, size,
+      box.data());
+    if (!first.Ok() || !last.Ok())
+    {
+      const Status& failed = first.Ok() ? last : first;
+      fuzz::Require(!failed.Message().empty(), "an error has a message");
+      return;
+    }
+    voxels += d.Dimensions[0] * std::min<std::int64_t>(d.Dimensions[1], MostVoxels);
+  }
+}
+
+/// Numbers as they come: eight bytes each of the sizes, of the bytes before, and a byte of flags.
+RawVolume RawOf(const std::uint8_t*& data, std::size_t& size)
+{
+  RawVolume volume;
+  std::array<std::uint8_t, 48> head{};
+  const std::size_t taken = std::min(size, head.size());
+  std::copy_n(data, taken, head.begin());
+  data += taken;
+  size -= taken;
+  const auto number = [&head](std::size_t i)
+  {
+    std::int64_t value = 0;
+    std::memcpy(&value, head.data() + 8 * i, sizeof(value));
+    return value;
+  };
+  volume.Volume.Dimensions = { number(0), number(1), number(2) };
+  volume.Offset = number(3);
+  volume.Before = std::max<std::int64_t>(0, number(4));
+  volume.Volume.Components = 1 + (head[41] & 3);
+  volume.Volume.Type = static_cast<ScalarType>(head[42] % 8);
+  volume.BigEndian = (head[40] & 1) != 0;
+  volume.Compressed = (head[40] & 2) != 0;
+  volume.Text = (head[40] & 4) != 0;
+  return volume;
+}
+} // namespace
+
+// Input: a byte that chooses what the rest is taken for, and the content of the file.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+{
+  if (size == 0)
+  {
+    return 0;
+  }
+  const std::size_t kind = data[0] % (Pattern + 1);
+  ++data;
+  --size;
+  if (kind == Pattern)
+  {
+    const std::string text(reinterpret_cast<const char*>(data), std::min<std::size_t>(size, 200));
+    const std::string base = fuzz::FileOf(data, 0, ".raw");
+    const std::string pattern = base.substr(0, base.rfind('/') + 1) + text;
+    if (IsPattern(pattern))
+    {
+      FilesLike(pattern);
+    }
+    return 0;
+  }
+  ImageVolume::Request request;
+  request.Memory = Memory;
+  if (kind == Raw)
+  {
+    RawVolume volume = RawOf(data, size);
+    request.Name = fuzz::FileOf(data, size, ".raw");
+    volume.Files = { request.Name };
+    ReadSome(ImageVolume::Open(volume, request.Name, Memory));
+    return 0;
+  }
+  request.Name = fuzz::FileOf(data, size, Extensions.at(kind));
+  ReadSome(ImageVolume::Open(request));
+  return 0;
+}

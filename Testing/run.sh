@@ -97,7 +97,7 @@ if [ "$quick" = no ]; then
   # Some tests take fewer steps in these builds: Testing/Support/Effort.h.
   stage "Address and undefined-behaviour sanitizers" \
     sanitized_tests address,undefined "$build/asan" ON "^(core|fuzz|native|source|truth)$" '^$' \
-    FuzzChunk FuzzFile FuzzXml TestCore TestFormats TestNative TestPyramids TestSource TestTruth \
+    FuzzChunk FuzzFile FuzzImport FuzzXml TestCore TestFormats TestNative TestPyramids TestSource TestTruth \
     WritePyramidSamples
   # Kernels for AVX2 share data between threads just as the others do, and take minutes to compile.
   # What is left out has one thread.

@@ -232,6 +232,11 @@ TEST_P(ComponentBlendOf, Truth)
     { Case{ 2, ScalarType::UInt8 }, Case{ 3, ScalarType::Float32 }, Case{ 4, ScalarType::UInt16 },
       Case{ 2, ScalarType::Int32 }, Case{ 3, ScalarType::Float64 } })
   {
+    // Shaders know texels of 8 and 16 bits and floats.
+    if (!TakesAll() && (c.Type == ScalarType::Int32 || c.Type == ScalarType::Float64))
+    {
+      continue;
+    }
     const ImageOptions options = OptionsOf(c.Type);
     const auto image = ImageFor(GetParam(), options, c.Count);
     Stage stage(36, 36);
@@ -275,7 +280,7 @@ TEST_P(ComponentBlendOf, SameBits)
   {
     for (const bool nearest : { false, true })
     {
-      if (nearest && type != ScalarType::UInt8)
+      if ((nearest && type != ScalarType::UInt8) || (!TakesAll() && type == ScalarType::Float64))
       {
         continue;
       }

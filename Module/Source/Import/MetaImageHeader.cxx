@@ -148,11 +148,11 @@ Result<RawVolume> ReadMetaImageHeader(const std::string& fileName)
     return Unsupported(fileName, "has " + std::to_string(*axes) + " axes; 1 to 3 are read");
   }
   const auto n = static_cast<std::size_t>(*axes);
-  const auto numbers =
-    [&](std::initializer_list<const char*> names, std::size_t count, std::vector<double> usual)
+  const auto numbers = [&](std::initializer_list<const char*> names, std::size_t count,
+                         const std::vector<double>& usual)
   {
     const auto found = formats::ParseNumbers(field(names), count);
-    return found && found->size() == count ? *found : std::move(usual);
+    return found && found->size() == count ? *found : usual;
   };
   RawVolume raw;
   VoxelReader::Description& volume = raw.Volume;

@@ -44,7 +44,7 @@ public:
   {
     for (std::size_t i = 0; i < this->Raw.Files.size(); ++i)
     {
-      const Status status = this->OpenFile(i);
+      Status status = this->OpenFile(i);
       if (!status.Ok())
       {
         return status;
@@ -72,8 +72,7 @@ public:
       for (std::int64_t y = start[1]; y < start[1] + size[1]; y += rows, to += bytes)
       {
         const std::int64_t first = ((z % slices * all[1] + y) * all[0] + start[0]) * voxel;
-        const Status status =
-          this->ReadFile(static_cast<std::size_t>(z / slices), first, bytes, to);
+        Status status = this->ReadFile(static_cast<std::size_t>(z / slices), first, bytes, to);
         if (!status.Ok())
         {
           return status;
@@ -142,7 +141,7 @@ private:
 
   Status ReadFile(std::size_t i, std::int64_t first, std::size_t size, std::byte* to)
   {
-    const Status opened = this->Current == i && this->File >= 0 ? Status() : this->OpenFile(i);
+    Status opened = this->Current == i && this->File >= 0 ? Status() : this->OpenFile(i);
     if (!opened.Ok())
     {
       return opened;
@@ -188,7 +187,7 @@ protected:
   Status ReadSlice(std::int64_t z, std::byte* out) override
   {
     const std::size_t bytes = this->SliceBytes();
-    const Status status =
+    Status status =
       this->Stream->Read(this->Before + z * static_cast<std::int64_t>(bytes), bytes, out);
     if (status.Ok() && this->BigEndian)
     {
@@ -222,8 +221,7 @@ protected:
     this->Numbers->GoTo(this->Begins[from]);
     for (std::size_t now = from; now <= slice; ++now)
     {
-      const Status status =
-        this->Numbers->Read(this->Volume.Type, count, now == slice ? out : nullptr);
+      Status status = this->Numbers->Read(this->Volume.Type, count, now == slice ? out : nullptr);
       if (!status.Ok())
       {
         return status;

@@ -446,7 +446,10 @@ Status HDF5Dataset::InspectFilters(hid_t creation, Layout& shape)
   const bool wholeComponents = component < 0 ||
     shape.Block.at(static_cast<std::size_t>(component)) == static_cast<hsize_t>(shape.Components);
   bool wholeChunks = true;
-  shape.Direct = wholeComponents && ChunkDecoder(shape.Filters, 1, 1, false).IsComplete();
+  // Of chunks without filters the library tells the size that the layout says, but H5Dread_chunk()
+  // reads as much as the chunk index does: in a damaged file more than there is room for.
+  shape.Direct = wholeComponents && !shape.Filters.empty() &&
+    ChunkDecoder(shape.Filters, 1, 1, false).IsComplete();
   if (!shape.Direct)
   {
     for (const ChunkFilter& filter : shape.Filters)
@@ -699,11 +702,10 @@ Result<ChunkPointer> HDF5Dataset::ReadDirect(
   }
   const auto chunk = std::make_shared<Chunk>();
   chunk->Voxels = reserve.TakeRoom();
-  // Without filters the voxels are read to where they stay.
   thread_local ScratchBytes keptRaw;
   thread_local ScratchBytes keptBlock;
   std::vector<std::byte>& block = ready ? chunk->Voxels : keptBlock.Bytes();
-  std::vector<std::byte>& raw = this->Shape.Filters.empty() ? block : keptRaw.Bytes();
+  std::vector<std::byte>& raw = keptRaw.Bytes();
   raw.resize(static_cast<std::size_t>(stored));
   std::uint32_t mask = 0;
   bool partial = false;
@@ -770,9 +772,14 @@ Result<ChunkPointer> HDF5Dataset::ReadThroughLibrary(
     count.at(a) = std::min(this->Shape.Block.at(a), this->Shape.Size.at(a) - start.at(a));
   }
   const auto chunk = std::make_shared<Chunk>();
-  std::vector<std::byte> unsorted;
-  std::vector<std::byte>& block = ready ? chunk->Voxels : unsorted;
+  chunk->Voxels = reserve.TakeRoom();
+  thread_local ScratchBytes keptBlock;
+  std::vector<std::byte>& block = ready ? chunk->Voxels : keptBlock.Bytes();
   block.resize(bytes);
+  if (!std::equal(count.begin(), count.begin() + this->Shape.Rank, this->Shape.Block.begin()))
+  {
+    std::fill(block.begin(), block.end(), std::byte{ 0 }); // what lies outside of the dataset
+  }
   {
     const HDF5Lock lock;
     const HDF5Handle file(H5Dget_space(this->Id.Get()));
@@ -796,6 +803,7 @@ Result<ChunkPointer> HDF5Dataset::ReadThroughLibrary(
   if (!ready)
   {
     status = this->Arrange(index, block, start, chunk->Voxels);
+    keptBlock.Trim();
     if (!status.Ok())
     {
       return status;

@@ -428,7 +428,20 @@ TEST(Import, NamesAreInNaturalOrder)
   EXPECT_EQ(names(FilesLike(folder.File("a%02d.tif"))), "a10.tif a100.tif ");
   EXPECT_EQ(names(FilesLike(folder.File("a1*.tif"))), "a10.tif a100.tif ");
   EXPECT_EQ(names(FilesLike(folder.File("*1*.tif"))), "a10.tif a100.tif b1.tif ");
+  EXPECT_EQ(names(FilesLike(folder.File("a%d%d.tif"))), "a10.tif a100.tif ");
+  EXPECT_EQ(names(FilesLike(folder.File("%d.tif"))), "");
+  EXPECT_EQ(names(FilesLike(folder.File("*%dx"))), "");
   EXPECT_FALSE(IsPattern(folder.File("a9.tif")));
+  // Once took longer than anybody waits.
+  const std::string longName(200, 'a');
+  std::ofstream(folder.File(longName)) << "x";
+  std::string stars;
+  for (int i = 0; i < 100; ++i)
+  {
+    stars += "*a";
+  }
+  EXPECT_EQ(names(FilesLike(folder.File(stars + "b"))), "");
+  EXPECT_EQ(names(FilesLike(folder.File(stars))), longName + " ");
 }
 
 /// Damaged headers and voxels end in an error or in as many voxels as the header says.

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
 namespace teravox
 {
@@ -60,42 +61,57 @@ bool NaturallyLess(const std::string& a, const std::string& b)
   return a.size() - i != b.size() - j ? a.size() - i < b.size() - j : a < b;
 }
 
-/// Whether `name` from `n` on is what `pattern` from `p` on means.
-bool Matches(const std::string& pattern, std::size_t p, const std::string& name, std::size_t n)
+/// Whether `name` is what `pattern` means: part by part of the pattern all places up to which the
+/// parts before may reach, so that the time is bounded by parts times the square of the name.
+bool Matches(const std::string& pattern, const std::string& name)
 {
-  for (; p < pattern.size(); ++p, ++n)
+  std::vector<bool> reached(name.size() + 1, false);
+  reached[0] = true;
+  for (std::size_t p = 0; p < pattern.size();)
   {
     const bool star = pattern[p] == '*';
     const std::size_t end =
       pattern[p] == '%' ? pattern.find_first_not_of("0123456789", p + 1) : std::string::npos;
-    if (star || (end != std::string::npos && pattern[end] == 'd'))
+    const bool number = end != std::string::npos && pattern[end] == 'd';
+    std::size_t least = star ? 0 : 1;
+    constexpr std::size_t most = 2;
+    if (number && end - p - 1 > 0 && end - p - 1 <= most)
     {
-      const std::size_t digits = star ? 0 : end - p - 1;
-      constexpr std::size_t most = 2;
-      const std::size_t least = star ? 0
-        : digits > 0 && digits <= most
-        ? std::max<std::size_t>(
-            1, static_cast<std::size_t>(std::stoi(pattern.substr(p + 1, digits))))
-        : 1;
-      for (std::size_t length = 0; n + length <= name.size(); ++length)
+      least = std::max<std::size_t>(
+        1, static_cast<std::size_t>(std::stoi(pattern.substr(p + 1, end - p - 1))));
+    }
+    std::vector<bool> next(name.size() + 1, false);
+    for (std::size_t n = 0; n <= name.size(); ++n)
+    {
+      if (!reached[n])
       {
-        if (length >= least && Matches(pattern, star ? p + 1 : end + 1, name, n + length))
+        continue;
+      }
+      if (!star && !number)
+      {
+        if (n < name.size() && pattern[p] == name[n])
         {
-          return true;
+          next[n + 1] = true;
         }
-        if (n + length < name.size() && !star && !IsDigit(name[n + length]))
+        continue;
+      }
+      for (std::size_t to = n; to <= name.size() && (star || to == n || IsDigit(name[to - 1]));
+           ++to)
+      {
+        if (to - n >= least)
         {
-          return false;
+          next[to] = true;
         }
       }
-      return false;
+      if (star)
+      {
+        break; // what lies behind was reached from here
+      }
     }
-    if (n >= name.size() || pattern[p] != name[n])
-    {
-      return false;
-    }
+    reached = std::move(next);
+    p = number ? end + 1 : p + 1;
   }
-  return n == name.size();
+  return reached[name.size()];
 }
 
 std::vector<std::string> Listed(const fs::path& folder, const std::string& pattern)
@@ -107,7 +123,7 @@ std::vector<std::string> Listed(const fs::path& folder, const std::string& patte
   {
     const std::string name = entry->path().filename().string();
     std::error_code unknown;
-    if (name[0] != '.' && entry->is_regular_file(unknown) && Matches(pattern, 0, name, 0))
+    if (name[0] != '.' && entry->is_regular_file(unknown) && Matches(pattern, name))
     {
       names.push_back(name);
     }

@@ -976,6 +976,31 @@ Status VolumeEngine::Show(const FrameRequest& request, ViewState& view)
   return status;
 }
 
+std::vector<float> VolumeEngine::ReadDepth(const void* view) const
+{
+  const auto found = this->Views.find(view);
+  const GLStateGuard guard;
+  return found != this->Views.end() ? RayMarcher::ReadDepth(*found->second) : std::vector<float>();
+}
+
+Status VolumeEngine::ShowColors(const FrameRequest& request, const std::vector<float>& colors)
+{
+  const GLStateGuard guard;
+  Result<ViewState*> view = this->PrepareView(request);
+  if (!view)
+  {
+    return view.GetStatus();
+  }
+  std::vector<float> rays = colors;
+  for (std::size_t i = 3; i < rays.size(); i += 4)
+  {
+    rays[i] = 1.0f - rays[i];
+  }
+  RayMarcher::SetGathered(*view.Value(), rays, 4);
+  view.Value()->Complete.reset();
+  return this->Show(request, *view.Value());
+}
+
 std::vector<float> VolumeEngine::ReadColors(const void* view, int& width, int& height)
 {
   const auto found = this->Views.find(view);

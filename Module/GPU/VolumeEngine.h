@@ -207,6 +207,12 @@ public:
   /// request, those with an alpha of 0 excepted. The frame buffer has 8 bits and one sample.
   void PutPixels(
     const FrameRequest& request, const std::vector<std::array<std::uint8_t, 4>>& pixels);
+  /// GL. The opaque depths that ended the rays of the last frame of a view, 0..1, rows from the
+  /// bottom. Empty if there is none.
+  std::vector<float> ReadDepth(const void* view) const;
+  /// GL. Puts colours that were made elsewhere (as ReadColors() gives them) into the frame buffer
+  /// of a request, through its view, whose own colours they replace. Not if that isn't to be shown.
+  Status ShowColors(const FrameRequest& request, const std::vector<float>& colors);
   /// GL. Frees everything that lives in the context.
   void ReleaseGraphics();
   /// Forgets it: that context doesn't exist any more.

@@ -3,17 +3,12 @@
 #include "vtkOutOfCoreVolumeMapper.h"
 
 #include "BlockPictures.h"
-#include "ColorAndDepthImage.h"
-#include "DepthPeeling.h"
-#include "InputArray.h"
-#include "MaskInput.h"
+#include "MapperInternals.h"
 #include "PropertyFunctions.h"
 #include "RefinementBoard.h"
 #include "ScalarBrickSource.h"
 #include "ShaderReplacements.h"
-#include "SliceDepths.h"
 #include "VTKVersions.h"
-#include "VolumeEngine.h"
 #include "VolumePick.h"
 #include "VolumePlace.h"
 #include "VoxelIds.h"
@@ -69,6 +64,7 @@
 #endif
 
 using teravox::Double3;
+using teravox::Drawn;
 using teravox::Int3;
 using teravox::Matrix4;
 
@@ -131,140 +127,34 @@ private:
 
 } // namespace
 
-class vtkOutOfCoreVolumeMapper::vtkInternals
-{
-public:
-  teravox::VolumeEngine Engine;
-  teravox::SliceDepths Slice;
-  teravox::DepthPeeling Peeling;
-  // A frame that is drawn in stretches is complete when its renderer says so.
-  vtkNew<vtkCallbackCommand> FrameEnds;
-  vtkWeakPointer<vtkRenderer> FrameOf;
-  unsigned long FrameTag = 0;
-  void FinishFrame(vtkOutOfCoreVolumeMapper* mapper);
-  vtkSmartPointer<vtkBrickSource> Explicit;
-  vtkSmartPointer<vtkTrivialProducer> StandIn; // input for volumes that come from SetBrickSource()
-  bool UsesStandIn = false;
-
-  teravox::InputArray Arrays; // the source made from an ordinary array
-  teravox::MaskInput Mask;
-
-  // One scalar of the components of a source, and which.
-  std::shared_ptr<teravox::BrickSource> Scalars;
-  std::shared_ptr<teravox::BrickSource> ScalarsSource;
-  int ScalarsComponent = 0;
-  int FunctionComponent = 0; // whose functions and material are those of scalars
-  std::shared_ptr<teravox::BrickSource> ScalarsOf(const vtkOutOfCoreVolumeMapper& mapper,
-    vtkVolumeProperty* property, const std::shared_ptr<teravox::BrickSource>& source);
-
-  // Whose context holds what the engine has on the GPU, and when that context was made: a window
-  // may get another one.
-  vtkWeakPointer<vtkOpenGLRenderWindow> Window;
-  vtkMTimeType ContextTime = 0;
-  vtkNew<vtkCallbackCommand> WindowGoes; // the last chance to free what lives in its context
-  unsigned long WindowTag = 0;
-  vtkMTimeType FunctionTime = 0;
-  vtkVolumeProperty* FunctionOf = nullptr;
-  std::shared_ptr<teravox::BrickSource> FunctionFor;
-  teravox::RangeChoice FunctionRange;
-  float FunctionBlend = 1;   // MaskBlendFactor
-  double FunctionLength = 0; // ShortestLength that it was sampled for
-  std::uint64_t FunctionVersion = 0;
-  std::set<std::string> Warned;
-  std::string LastError;
-  std::set<std::string> ReportedFailures;
-  bool WasConverged = false;
-  double SourceTime = 0;
-  double FirstPicture = 0;
-  double ConvergedAfter = 0;
-  std::shared_ptr<teravox::BrickSource> Timed;
-  const void* LastView = nullptr;
-  const void* LastRenderer = nullptr;
-  // What was drawn last in each renderer.
-  struct Shown
-  {
-    teravox::FrameRequest Request;
-    std::uint64_t FunctionVersion = 0;
-    std::shared_ptr<teravox::BrickSource> Source;
-    int Components = 1;
-  };
-  std::map<const void*, Shown> Shown_;
-
-  // What blocks in front of the drawn one hide; confirmed for what was drawn last then.
-  using Tiles = std::shared_ptr<const std::vector<float>>;
-  Tiles Suspected;
-  Tiles Confirmed;
-  Shown ConfirmedFor;
-  void ChooseHidden(
-    teravox::FrameRequest& request, const std::shared_ptr<teravox::BrickSource>& source);
-
-  // Each eye has a view of its own: both pictures stay.
-  static const void* ViewOf(vtkRenderer* ren, bool rightEye)
-  {
-    return static_cast<const char*>(static_cast<const void*>(ren)) + (rightEye ? 1 : 0);
-  }
-
-  // Forgets what belongs to renderers that the window doesn't have any more.
-  void KeepRenderers(vtkRenderWindow* window, vtkRenderer* drawing)
-  {
-    std::set<const void*> views{ ViewOf(drawing, false), ViewOf(drawing, true) };
-    vtkCollectionSimpleIterator it = nullptr;
-    window->GetRenderers()->InitTraversal(it);
-    while (vtkRenderer* ren = window->GetRenderers()->GetNextRenderer(it))
-    {
-      views.insert(ViewOf(ren, false));
-      if (window->GetStereoRender() != 0)
-      {
-        views.insert(ViewOf(ren, true));
-      }
-    }
-    this->Engine.KeepViews(views);
-    for (auto at = this->Shown_.begin(); at != this->Shown_.end();)
-    {
-      at = views.count(at->first) != 0 ? std::next(at) : this->Shown_.erase(at);
-    }
-  }
-
-  // Of the last frame; nothing if that looked for none.
-  std::optional<teravox::FirstHits> ReadHits()
-  {
-    if (!this->Window || !this->LastView)
-    {
-      return std::nullopt;
-    }
-    this->Window->MakeCurrent();
-    return this->Engine.ReadFirstHits(this->LastView);
-  }
-};
-
 // The source itself where vectors aren't to become scalars, or aren't vectors; isosurfaces are of
 // one component.
 std::shared_ptr<teravox::BrickSource> vtkOutOfCoreVolumeMapper::vtkInternals::ScalarsOf(
-  const vtkOutOfCoreVolumeMapper& mapper, vtkVolumeProperty* property,
+  vtkOutOfCoreVolumeMapper* mapper, teravox::MapperVolume& part, vtkVolumeProperty* property,
   const std::shared_ptr<teravox::BrickSource>& source)
 {
   const int components = source->Info().Components;
   const std::optional<int> surface =
-    mapper.BlendMode == ISOSURFACE_BLEND && mapper.VectorMode == DISABLED
+    mapper->BlendMode == ISOSURFACE_BLEND && mapper->VectorMode == DISABLED
     ? teravox::SurfaceComponent(property, components)
     : std::nullopt;
   // Vectors become scalars for the functions of the first component.
-  this->FunctionComponent = surface.value_or(0);
-  if (components == 1 || (mapper.VectorMode == DISABLED && !surface))
+  part.FunctionComponent = surface.value_or(0);
+  if (components == 1 || (mapper->VectorMode == DISABLED && !surface))
   {
-    this->Scalars = this->ScalarsSource = nullptr;
+    part.Scalars = part.ScalarsSource = nullptr;
     return source;
   }
-  const int component = surface      ? *surface
-    : mapper.VectorMode == MAGNITUDE ? teravox::ScalarBrickSource::Magnitude
-                                     : std::min(mapper.VectorComponent, components - 1);
-  if (!this->Scalars || this->ScalarsSource != source || this->ScalarsComponent != component)
+  const int component = surface       ? *surface
+    : mapper->VectorMode == MAGNITUDE ? teravox::ScalarBrickSource::Magnitude
+                                      : std::min(mapper->VectorComponent, components - 1);
+  if (!part.Scalars || part.ScalarsSource != source || part.ScalarsComponent != component)
   {
-    this->Scalars = std::make_shared<teravox::ScalarBrickSource>(source, component);
-    this->ScalarsSource = source;
-    this->ScalarsComponent = component;
+    part.Scalars = std::make_shared<teravox::ScalarBrickSource>(source, component);
+    part.ScalarsSource = source;
+    part.ScalarsComponent = component;
   }
-  return this->Scalars;
+  return part.Scalars;
 }
 
 vtkStandardNewMacro(vtkOutOfCoreVolumeMapper);
@@ -390,17 +280,6 @@ vtkBrickSource* vtkOutOfCoreVolumeMapper::GetBrickSource()
 
 namespace
 {
-// What the mapper draws: a source, and where its level 0 lies.
-struct Drawn
-{
-  std::shared_ptr<teravox::BrickSource> Source;
-  Matrix4 DatasetFromVoxel{}; // corner coordinates of level 0
-  bool CellData = false;
-  // What the source is a step of.
-  std::shared_ptr<teravox::BrickSeries> Series;
-  int Step = 0;
-};
-
 Drawn PlaceBySource(const std::shared_ptr<teravox::BrickSource>& source)
 {
   const teravox::VolumeInfo& info = source->Info();
@@ -549,14 +428,21 @@ void vtkOutOfCoreVolumeMapper::ReleaseGraphicsResources(vtkWindow* window)
     return;
   }
   in.Window->MakeCurrent();
-  if (in.Window->GetContextCreationTime() == in.ContextTime && in.Window->IsCurrent())
-  {
-    in.Engine.ReleaseGraphics();
-  }
-  else
-  {
-    in.Engine.AbandonGraphics();
-  }
+  const bool isThere =
+    in.Window->GetContextCreationTime() == in.ContextTime && in.Window->IsCurrent();
+  in.ForEachVolume(
+    [isThere](teravox::MapperVolume& v)
+    {
+      if (isThere)
+      {
+        v.Engine.ReleaseGraphics();
+      }
+      else
+      {
+        v.Engine.AbandonGraphics();
+      }
+    });
+  in.Mixer.Clear();
   in.Window->RemoveObserver(in.WindowTag);
   in.Window = nullptr;
   Drawing::All().Remove(this);
@@ -699,7 +585,7 @@ bool IsImageDrawn(
 
 // Properties of VTK that this mapper doesn't do; each warns once, by name.
 std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p,
-  vtkVolume* v, int components, const teravox::ValueRange& data)
+  vtkVolume* v, int components, const teravox::ValueRange& data, bool together)
 {
   std::vector<std::string> names;
   const auto check = [&names](bool differs, const char* name)
@@ -714,7 +600,18 @@ std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeP
       m->GetBlendMode() > vtkVolumeMapper::SLICE_BLEND,
     "BlendMode");
   const bool masked = HasMask(m, p);
-  check(m->GetInputCount() > 1, "SetInputConnection of a port other than 0");
+  check(m->GetInputCount() > 1 && !together,
+    "SetInputConnection of a port other than 0 without vtkMultiVolume");
+  if (together)
+  {
+    check(m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND, "BlendMode of vtkMultiVolume");
+    check(m->GetMaskInput() != nullptr, "MaskInput of vtkMultiVolume");
+    check(m->GetRenderToImage() != 0, "RenderToImage of vtkMultiVolume");
+    check(m->GetErrorEstimate() != 0, "ErrorEstimate of vtkMultiVolume");
+    check(
+      m->GetDebugView() != vtkOutOfCoreVolumeMapper::NO_DEBUG_VIEW, "DebugView of vtkMultiVolume");
+    check(m->GetBlock() != 0, "Block of vtkMultiVolume");
+  }
   check(masked && components > 1, "MaskInput with components");
   check(HasLabelMask(m, p) && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND,
     "MaskTypeToLabelMap with BlendMode");
@@ -929,6 +826,350 @@ std::optional<IdPass> IdPassOf(vtkHardwareSelector* selector)
 }
 } // namespace
 
+void vtkOutOfCoreVolumeMapper::vtkInternals::Fail(
+  vtkOutOfCoreVolumeMapper* mapper, const std::string& message)
+{
+  if (this->LastError != message)
+  {
+    this->LastError = message;
+    vtkErrorWithObjectMacro(mapper, << message);
+  }
+}
+
+void vtkOutOfCoreVolumeMapper::vtkInternals::WarnOnce(
+  vtkOutOfCoreVolumeMapper* mapper, const std::string& key, const std::string& message)
+{
+  if (this->Warned.insert(key).second)
+  {
+    vtkWarningWithObjectMacro(mapper, << message);
+  }
+}
+
+void vtkOutOfCoreVolumeMapper::vtkInternals::ReportFailures(
+  vtkOutOfCoreVolumeMapper* mapper, teravox::VolumeEngine& engine, const std::string& name)
+{
+  for (const teravox::LoadResult& failure : engine.TakeFailures())
+  {
+    const std::string text =
+      name + ", " + failure.Key.ToString() + ": " + failure.Outcome.Message();
+    if (this->ReportedFailures.empty())
+    {
+      vtkErrorWithObjectMacro(
+        mapper, << "A brick can't be read and is drawn from a coarser level. " << text);
+    }
+    if (this->ReportedFailures.insert(text).second)
+    {
+      mapper->InvokeEvent(BrickFailedEvent, const_cast<char*>(text.c_str()));
+    }
+  }
+}
+
+void vtkOutOfCoreVolumeMapper::vtkInternals::KeepRenderers(
+  vtkRenderWindow* window, vtkRenderer* drawing)
+{
+  std::set<const void*> views;
+  const auto keep = [&views](vtkRenderer* ren, bool stereo)
+  {
+    for (const bool stretches : { false, true })
+    {
+      views.insert(ViewOf(ren, false, stretches));
+      if (stereo)
+      {
+        views.insert(ViewOf(ren, true, stretches));
+      }
+    }
+  };
+  keep(drawing, true);
+  vtkCollectionSimpleIterator it = nullptr;
+  window->GetRenderers()->InitTraversal(it);
+  while (vtkRenderer* ren = window->GetRenderers()->GetNextRenderer(it))
+  {
+    keep(ren, window->GetStereoRender() != 0);
+  }
+  this->ForEachVolume([&](teravox::MapperVolume& v) { v.Engine.KeepViews(views); });
+  this->Mixer.KeepViews(views);
+  for (auto at = this->Shown_.begin(); at != this->Shown_.end();)
+  {
+    at = views.count(at->first) != 0 ? std::next(at) : this->Shown_.erase(at);
+  }
+}
+
+// Of volumes beside the first, those of these ports.
+void vtkOutOfCoreVolumeMapper::vtkInternals::KeepVolumes(const std::set<int>& ports)
+{
+  for (auto at = this->Others.begin(); at != this->Others.end();)
+  {
+    if (ports.count(at->first) != 0)
+    {
+      ++at;
+      continue;
+    }
+    if (this->Window)
+    {
+      this->Window->MakeCurrent();
+      at->second->Engine.ReleaseGraphics();
+    }
+    at = this->Others.erase(at);
+  }
+  if (this->Others.empty())
+  {
+    this->Mixer.Clear();
+    this->MixBytes = 0;
+  }
+}
+
+// Makes the window's context the one that is drawn in.
+void vtkOutOfCoreVolumeMapper::vtkInternals::Adopt(
+  vtkOutOfCoreVolumeMapper* mapper, vtkOpenGLRenderWindow* window, vtkRenderer* drawing)
+{
+  window->MakeCurrent();
+  if (this->Window &&
+    (this->Window != window || this->ContextTime != window->GetContextCreationTime()))
+  {
+    mapper->ReleaseGraphicsResources(this->Window);
+    window->MakeCurrent();
+  }
+  if (!this->Window)
+  {
+    this->Window = window;
+    Drawing::All().Add(mapper);
+    this->WindowTag = window->AddObserver(vtkCommand::DeleteEvent, this->WindowGoes);
+    this->ContextTime = window->GetContextCreationTime();
+  }
+  this->KeepRenderers(window, drawing);
+}
+
+std::optional<teravox::MapperFrame> vtkOutOfCoreVolumeMapper::vtkInternals::Prepare(
+  vtkOutOfCoreVolumeMapper* mapper, teravox::MapperVolume& part, int port, vtkRenderer* ren,
+  vtkVolume* volume, vtkVolume* prop)
+{
+  const double began = Now();
+  vtkOutOfCoreVolumeMapper& m = *mapper;
+  const bool together = volume != prop;
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(ren->GetRenderWindow());
+  vtkBrickSource* given = port == 0 ? this->Explicit.Get() : nullptr;
+  vtkImageData* image = nullptr;
+  vtkDataArray* scalars = nullptr;
+  int cellFlag = 0;
+  if (!given)
+  {
+    m.Update();
+    image = vtkImageData::SafeDownCast(m.GetInputDataObject(port, 0));
+    scalars = image ? vtkAbstractMapper::GetScalars(
+                        image, m.ScalarMode, m.ArrayAccessMode, m.ArrayId, m.ArrayName, cellFlag)
+                    : nullptr;
+    m.CellFlag = cellFlag;
+  }
+  const auto ofArray = [&](std::string& error)
+  {
+    std::string note;
+    auto found = part.Arrays.Find(image, scalars, cellFlag != 0, m.BrickSize, error, note);
+    if (!note.empty())
+    {
+      vtkWarningWithObjectMacro(mapper, << note);
+    }
+    return found;
+  };
+  std::string error;
+  teravox::MapperFrame frame;
+  frame.Drawn = FindDrawn(given, image, scalars, cellFlag, ofArray, error);
+  const teravox::Drawn& drawn = frame.Drawn;
+  if (!drawn.Source)
+  {
+    this->Fail(mapper,
+      !error.empty()
+        ? error
+        : teravox::WhyNoArray(m.GetInputDataObject(port, 0),
+            { m.ScalarMode, m.ArrayAccessMode, m.ArrayId, m.ArrayName ? m.ArrayName : "" }));
+    return std::nullopt;
+  }
+  vtkVolumeProperty* property = volume->GetProperty();
+  // What is drawn: the source, or one scalar of it; or the part of that in the mask.
+  std::shared_ptr<teravox::BrickSource> source = ScalarsOf(mapper, part, property, drawn.Source);
+  const int components = frame.Components = source->Info().Components;
+  for (const std::string& name :
+    FindUnsupported(mapper, property, volume, components, source->Info().Range, together))
+  {
+    this->WarnOnce(
+      mapper, name, name + " isn't supported by out-of-core rendering yet and is ignored.");
+  }
+
+  const bool masked = !together && IsMasked(mapper, property, components);
+  if (masked)
+  {
+    source = part.Mask.Find(source, m.MaskInput,
+      HasLabelMask(mapper, property) ? teravox::LabelsOf(property) : std::vector<std::int64_t>(),
+      error);
+    if (!source)
+    {
+      this->Fail(mapper, "MaskInput: " + error);
+      return std::nullopt;
+    }
+  }
+
+  // Where and how large.
+  this->Adopt(mapper, window, ren);
+  // The viewport that other props are drawn into: render passes may choose another one than the
+  // renderer's, in a frame buffer of their own.
+  GLint viewport[4] = { 0, 0, 0, 0 };
+  glGetIntegerv(GL_VIEWPORT, viewport);
+  if (viewport[2] <= 0 || viewport[3] <= 0)
+  {
+    return std::nullopt;
+  }
+
+  vtkCamera* camera = ren->GetActiveCamera();
+  teravox::FrameRequest& request = frame.Request;
+  request.View = ViewOf(ren, window->GetStereoRender() != 0 && camera->GetLeftEye() == 0);
+  request.X = viewport[0];
+  request.Y = viewport[1];
+  request.Camera.Width = viewport[2];
+  request.Camera.Height = viewport[3];
+  request.Camera.ViewFromWorld = teravox::ToMatrix(camera->GetModelViewTransformMatrix());
+  request.Camera.ClipFromView =
+    teravox::ToMatrix(camera->GetProjectionTransformMatrix(ren->GetTiledAspectRatio(), -1, 1));
+  request.Camera.DatasetFromVoxel = drawn.DatasetFromVoxel;
+  request.Camera.WorldFromDataset = teravox::ToMatrix(volume->GetMatrix());
+  request.Camera.LevelBias = m.LevelOfDetailBias;
+  request.Camera.MinimumLevel = m.MinimumLevel;
+  request.Camera.MaximumLevel = m.MaximumLevel;
+  request.Camera.CellData = drawn.CellData;
+  SetCuts(mapper, request.Camera);
+  request.Nearest = property->GetInterpolationType() == VTK_NEAREST_INTERPOLATION;
+  SetMaterial(ren, property, part.FunctionComponent, request);
+  // Steps of a given length don't end where a mask does.
+  request.Tolerance = masked && m.ImageErrorTolerance <= 0 ? teravox::FrameRequest().Tolerance
+                                                           : m.ImageErrorTolerance;
+  request.SampleDistance = static_cast<double>(m.SampleDistance);
+  request.LatticeStages = LatticeStagesOf(mapper);
+  request.EmptySpaceSkipping = m.EmptySpaceSkipping != 0;
+  request.ReusePicture = m.PictureReuse != 0;
+  request.UseDepth = MayMeetGeometry(ren, prop);
+  request.CountSamples = m.CountSamples != 0;
+  request.ShowLevel = m.DebugView == LEVELS;
+  request.ShowSamples = m.DebugView == SAMPLES_PER_PIXEL;
+  request.ShowFrames = m.DebugView == BRICK_FRAMES;
+  request.ErrorEstimate = m.ErrorEstimate != 0;
+  request.RecordBricks = m.RecordBricks != 0;
+  SetOutput(mapper, request);
+  const teravox::Projection projection = MakeProjection(mapper, property);
+  if (!together && !request.ShowLevel &&
+    teravox::CanBlendComponents(property, components, projection.Kind))
+  {
+    request.Blend = projection;
+  }
+  if (request.Blend.Kind == teravox::BlendKind::Slice)
+  {
+    vtkImplicitFunction* function = property->GetSliceFunction();
+    if (function)
+    {
+      std::array<double, 6> bounds{};
+      volume->GetBounds(bounds.data());
+      const auto depths = part.Slice.Find(request.Camera, function, bounds);
+      if (!depths)
+      {
+        this->Fail(mapper, depths.GetStatus().Message());
+        return std::nullopt;
+      }
+      request.SliceDepths = depths.Value();
+    }
+    else
+    {
+      this->WarnOnce(
+        mapper, "SliceFunction", "SliceFunction isn't set, so there is no slice to draw.");
+    }
+  }
+  const bool automatic = m.FrameTimeBudget < 0;
+  request.Converge = automatic
+    ? window->GetOffScreenRendering() != 0 || window->GetShowWindow() == 0
+    : m.FrameTimeBudget == 0;
+  request.TimeBudget = automatic ? prop->GetAllocatedRenderTime() : m.FrameTimeBudget;
+  request.Timeout = m.ConvergeTimeout;
+  request.RetryAfter = m.FailureRetryInterval;
+  request.Abort = [window]() { return window->CheckAbortStatus() != 0; };
+
+  // A wall of a hundredth of the shortest voxel edge is opaque.
+  const Matrix4& world = request.Camera.DatasetFromVoxel;
+  double shortest = VTK_DOUBLE_MAX;
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    shortest = std::min(shortest,
+      std::sqrt(world[a] * world[a] + world[4 + a] * world[4 + a] + world[8 + a] * world[8 + a]));
+  }
+  if (!(shortest > 0) || !std::isfinite(shortest))
+  {
+    this->Fail(mapper,
+      "The matrix from voxels to the world is singular: check spacing, direction matrix and the "
+      "volume's transform.");
+    return std::nullopt;
+  }
+  request.ShortestLength = 0.01 * shortest;
+
+  // Read ahead is whole bricks, not one scalar of them.
+  part.Engine.SetSource(source, source == drawn.Source ? drawn.Series : nullptr, drawn.Step);
+  if (part.Timed != drawn.Source)
+  {
+    part.Timed = drawn.Source;
+    this->SourceTime = began;
+    this->FirstPicture = 0;
+    this->ConvergedAfter = 0;
+  }
+  teravox::EngineSettings settings;
+  const std::uint64_t gpu = m.GetEffectiveGPUMemoryBudget();
+  settings.GPUMemoryBudget =
+    (gpu - std::min<std::uint64_t>(gpu, this->MixBytes)) / this->NumberOfVolumes();
+  settings.HostMemoryBudget = m.GetEffectiveHostMemoryBudget() / this->NumberOfVolumes();
+  settings.LoaderThreads = m.NumberOfLoaderThreads;
+  settings.Marcher = static_cast<teravox::MarcherKind>(m.Marcher);
+  if (m.MaximumNumberOfSlots != 0)
+  {
+    settings.MaximumSlots = std::max<std::uint32_t>(m.MaximumNumberOfSlots, 2);
+  }
+  if (m.ArrivalShuffleSeed != 0)
+  {
+    settings.ShuffleSeed = m.ArrivalShuffleSeed;
+  }
+  part.Engine.SetSettings(settings);
+  const vtkMTimeType functionTime =
+    std::max({ property->GetMTime(), property->GetScalarOpacity()->GetMTime(),
+      masked ? teravox::LabelTime(property) : 0, teravox::ImageTime(property) });
+  const teravox::RangeChoice range{ source->Info().Range, m.ColorRangeType == NATIVE,
+    m.ScalarOpacityRangeType == NATIVE, m.GradientOpacityRangeType == NATIVE,
+    IsImageDrawn(mapper, property, source->Info()) };
+  // How the function is sampled depends on the values of the source and on the size of its voxels.
+  if (part.FunctionOf != property || part.FunctionTime != functionTime ||
+    part.FunctionVersion == 0 || part.FunctionFor != source || !(part.FunctionRange == range) ||
+    part.FunctionLength != request.ShortestLength || part.FunctionBlend != m.MaskBlendFactor)
+  {
+    part.FunctionOf = property;
+    part.FunctionTime = functionTime;
+    part.FunctionFor = source;
+    part.FunctionRange = range;
+    part.FunctionLength = request.ShortestLength;
+    part.FunctionBlend = m.MaskBlendFactor;
+    ++part.FunctionVersion;
+    if (components > 1)
+    {
+      part.Engine.SetComponentFunctions(
+        teravox::MakeComponentFunctions(property, components, range), part.FunctionVersion);
+    }
+    else
+    {
+      const auto blend = static_cast<double>(m.MaskBlendFactor);
+      part.Engine.SetTransferFunction(masked && HasLabelMask(mapper, property)
+          ? teravox::MakeLabelFunctions(property, range, blend)
+          : teravox::MakeTransferFunction(property, part.FunctionComponent, range),
+        part.FunctionVersion);
+    }
+  }
+
+  window->GetShaderCache()->ReleaseCurrentShader();
+  GLint framebuffer = 0;
+  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &framebuffer);
+  request.Framebuffer = static_cast<GLuint>(framebuffer);
+  return frame;
+}
+
 void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
 {
   vtkInternals& in = *this->Internals;
@@ -944,264 +1185,36 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   {
     return; // it asks for what volumes don't have
   }
-  const auto fail = [&](const std::string& message)
+  const double began = Now();
+  if (auto* volumes = vtkMultiVolume::SafeDownCast(vol))
   {
-    // Once per message: an error that comes with every frame is said once.
-    if (in.LastError != message)
+    if (!ids)
     {
-      in.LastError = message;
-      vtkErrorMacro(<< message);
+      in.RenderTogether(this, ren, volumes, began);
     }
-  };
-  if (vtkMultiVolume::SafeDownCast(vol))
-  {
-    fail("vtkMultiVolume, several volumes drawn by one mapper, isn't supported by out-of-core "
-         "rendering, and nothing is drawn: give each volume a vtkVolume and a mapper of its own.");
     return;
   }
-  const double began = Now();
+  in.KeepVolumes({});
   if (!selector)
   {
     this->InvokeEvent(vtkCommand::VolumeMapperRenderStartEvent, nullptr);
   }
-
-  vtkImageData* image = nullptr;
-  vtkDataArray* scalars = nullptr;
-  int cellFlag = 0;
-  if (!in.Explicit)
-  {
-    this->Update();
-    image = vtkImageData::SafeDownCast(this->GetInputDataObject(0, 0));
-    scalars = image ? vtkAbstractMapper::GetScalars(image, this->ScalarMode, this->ArrayAccessMode,
-                        this->ArrayId, this->ArrayName, cellFlag)
-                    : nullptr;
-    this->CellFlag = cellFlag;
-  }
-  const auto ofArray = [&](std::string& error)
-  {
-    std::string note;
-    auto found = in.Arrays.Find(image, scalars, cellFlag != 0, this->BrickSize, error, note);
-    if (!note.empty())
-    {
-      vtkWarningMacro(<< note);
-    }
-    return found;
-  };
-  std::string error;
-  const Drawn drawn = FindDrawn(in.Explicit, image, scalars, cellFlag, ofArray, error);
-  if (!drawn.Source)
-  {
-    fail(!error.empty() ? error
-                        : teravox::WhyNoArray(this->GetInputDataObject(0, 0),
-                            { this->ScalarMode, this->ArrayAccessMode, this->ArrayId,
-                              this->ArrayName ? this->ArrayName : "" }));
-    return;
-  }
-  vtkVolumeProperty* property = vol->GetProperty();
-  // What is drawn: the source, or one scalar of it; or the part of that in the mask.
-  std::shared_ptr<teravox::BrickSource> source = in.ScalarsOf(*this, property, drawn.Source);
-  const int components = source->Info().Components;
-  for (const std::string& name :
-    FindUnsupported(this, property, vol, components, source->Info().Range))
-  {
-    if (in.Warned.insert(name).second)
-    {
-      vtkWarningMacro(<< name << " isn't supported by out-of-core rendering yet and is ignored.");
-    }
-  }
-
-  const bool masked = IsMasked(this, property, components);
-  if (masked)
-  {
-    source = in.Mask.Find(source, this->MaskInput,
-      HasLabelMask(this, property) ? teravox::LabelsOf(property) : std::vector<std::int64_t>(),
-      error);
-    if (!source)
-    {
-      fail("MaskInput: " + error);
-      return;
-    }
-  }
-
-  // Where and how large.
-  window->MakeCurrent();
-  if (in.Window && (in.Window != window || in.ContextTime != window->GetContextCreationTime()))
-  {
-    this->ReleaseGraphicsResources(in.Window);
-    window->MakeCurrent();
-  }
-  if (!in.Window)
-  {
-    in.Window = window;
-    Drawing::All().Add(this);
-    in.WindowTag = window->AddObserver(vtkCommand::DeleteEvent, in.WindowGoes);
-    in.ContextTime = window->GetContextCreationTime();
-  }
-  in.KeepRenderers(window, ren);
-  // The viewport that other props are drawn into: render passes may choose another one than the
-  // renderer's, in a frame buffer of their own.
-  GLint viewport[4] = { 0, 0, 0, 0 };
-  glGetIntegerv(GL_VIEWPORT, viewport);
-  if (viewport[2] <= 0 || viewport[3] <= 0)
+  std::optional<teravox::MapperFrame> frame = in.Prepare(this, in, 0, ren, vol, vol);
+  if (!frame)
   {
     return;
   }
-
-  vtkCamera* camera = ren->GetActiveCamera();
-  teravox::FrameRequest request;
-  request.View = in.ViewOf(ren, window->GetStereoRender() != 0 && camera->GetLeftEye() == 0);
-  request.X = viewport[0];
-  request.Y = viewport[1];
-  request.Camera.Width = viewport[2];
-  request.Camera.Height = viewport[3];
-  request.Camera.ViewFromWorld = teravox::ToMatrix(camera->GetModelViewTransformMatrix());
-  request.Camera.ClipFromView =
-    teravox::ToMatrix(camera->GetProjectionTransformMatrix(ren->GetTiledAspectRatio(), -1, 1));
-  request.Camera.DatasetFromVoxel = drawn.DatasetFromVoxel;
-  request.Camera.WorldFromDataset = teravox::ToMatrix(vol->GetMatrix());
-  request.Camera.LevelBias = this->LevelOfDetailBias;
-  request.Camera.MinimumLevel = this->MinimumLevel;
-  request.Camera.MaximumLevel = this->MaximumLevel;
-  request.Camera.CellData = drawn.CellData;
-  SetCuts(this, request.Camera);
-  request.Nearest = property->GetInterpolationType() == VTK_NEAREST_INTERPOLATION;
-  SetMaterial(ren, property, in.FunctionComponent, request);
-  // Steps of a given length don't end where a mask does.
-  request.Tolerance = masked && this->ImageErrorTolerance <= 0 ? teravox::FrameRequest().Tolerance
-                                                               : this->ImageErrorTolerance;
-  request.SampleDistance = static_cast<double>(this->SampleDistance);
-  request.LatticeStages = LatticeStagesOf(this);
-  request.EmptySpaceSkipping = this->EmptySpaceSkipping != 0;
-  request.ReusePicture = this->PictureReuse != 0;
-  request.UseDepth = MayMeetGeometry(ren, vol);
-  request.CountSamples = this->CountSamples != 0;
-  request.ShowLevel = this->DebugView == LEVELS;
-  request.ShowSamples = this->DebugView == SAMPLES_PER_PIXEL;
-  request.ShowFrames = this->DebugView == BRICK_FRAMES;
-  request.ErrorEstimate = this->ErrorEstimate != 0;
-  request.RecordBricks = this->RecordBricks != 0;
-  SetOutput(this, request);
-  const teravox::Projection projection = MakeProjection(this, property);
-  if (!request.ShowLevel && teravox::CanBlendComponents(property, components, projection.Kind))
-  {
-    request.Blend = projection;
-  }
-  if (request.Blend.Kind == teravox::BlendKind::Slice)
-  {
-    vtkImplicitFunction* function = property->GetSliceFunction();
-    if (function)
-    {
-      std::array<double, 6> bounds{};
-      vol->GetBounds(bounds.data());
-      const auto depths = in.Slice.Find(request.Camera, function, bounds);
-      if (!depths)
-      {
-        fail(depths.GetStatus().Message());
-        return;
-      }
-      request.SliceDepths = depths.Value();
-    }
-    else if (in.Warned.insert("SliceFunction").second)
-    {
-      vtkWarningMacro("SliceFunction isn't set, so there is no slice to draw.");
-    }
-  }
-  const bool automatic = this->FrameTimeBudget < 0;
-  request.Converge = automatic
-    ? window->GetOffScreenRendering() != 0 || window->GetShowWindow() == 0
-    : this->FrameTimeBudget == 0;
-  request.TimeBudget = automatic ? vol->GetAllocatedRenderTime() : this->FrameTimeBudget;
-  request.Timeout = this->ConvergeTimeout;
-  request.RetryAfter = this->FailureRetryInterval;
-  request.Abort = [window]() { return window->CheckAbortStatus() != 0; };
-
-  // A wall of a hundredth of the shortest voxel edge is opaque.
-  const Matrix4& world = request.Camera.DatasetFromVoxel;
-  double shortest = VTK_DOUBLE_MAX;
-  for (std::size_t a = 0; a < 3; ++a)
-  {
-    shortest = std::min(shortest,
-      std::sqrt(world[a] * world[a] + world[4 + a] * world[4 + a] + world[8 + a] * world[8 + a]));
-  }
-  if (!(shortest > 0) || !std::isfinite(shortest))
-  {
-    fail("The matrix from voxels to the world is singular: check spacing, direction matrix and the "
-         "volume's transform.");
-    return;
-  }
-  request.ShortestLength = 0.01 * shortest;
-
-  // Read ahead is whole bricks, not one scalar of them.
-  in.Engine.SetSource(source, source == drawn.Source ? drawn.Series : nullptr, drawn.Step);
-  if (in.Timed != drawn.Source)
-  {
-    in.Timed = drawn.Source;
-    in.SourceTime = began;
-    in.FirstPicture = 0;
-    in.ConvergedAfter = 0;
-  }
-  teravox::EngineSettings settings;
-  settings.GPUMemoryBudget = this->GetEffectiveGPUMemoryBudget();
-  settings.HostMemoryBudget = this->GetEffectiveHostMemoryBudget();
-  settings.LoaderThreads = this->NumberOfLoaderThreads;
-  settings.Marcher = static_cast<teravox::MarcherKind>(this->Marcher);
-  if (this->MaximumNumberOfSlots != 0)
-  {
-    settings.MaximumSlots = std::max<std::uint32_t>(this->MaximumNumberOfSlots, 2);
-  }
-  if (this->ArrivalShuffleSeed != 0)
-  {
-    settings.ShuffleSeed = this->ArrivalShuffleSeed;
-  }
-  in.Engine.SetSettings(settings);
-  const vtkMTimeType functionTime =
-    std::max({ property->GetMTime(), property->GetScalarOpacity()->GetMTime(),
-      masked ? teravox::LabelTime(property) : 0, teravox::ImageTime(property) });
-  const teravox::RangeChoice range{ source->Info().Range, this->ColorRangeType == NATIVE,
-    this->ScalarOpacityRangeType == NATIVE, this->GradientOpacityRangeType == NATIVE,
-    IsImageDrawn(this, property, source->Info()) };
-  // How the function is sampled depends on the values of the source and on the size of its voxels.
-  if (in.FunctionOf != property || in.FunctionTime != functionTime || in.FunctionVersion == 0 ||
-    in.FunctionFor != source || !(in.FunctionRange == range) ||
-    in.FunctionLength != request.ShortestLength || in.FunctionBlend != this->MaskBlendFactor)
-  {
-    in.FunctionOf = property;
-    in.FunctionTime = functionTime;
-    in.FunctionFor = source;
-    in.FunctionRange = range;
-    in.FunctionLength = request.ShortestLength;
-    in.FunctionBlend = this->MaskBlendFactor;
-    ++in.FunctionVersion;
-    if (components > 1)
-    {
-      in.Engine.SetComponentFunctions(
-        teravox::MakeComponentFunctions(property, components, range), in.FunctionVersion);
-    }
-    else
-    {
-      const auto blend = static_cast<double>(this->MaskBlendFactor);
-      in.Engine.SetTransferFunction(masked && HasLabelMask(this, property)
-          ? teravox::MakeLabelFunctions(property, range, blend)
-          : teravox::MakeTransferFunction(property, in.FunctionComponent, range),
-        in.FunctionVersion);
-    }
-  }
-
-  window->GetShaderCache()->ReleaseCurrentShader();
-  GLint framebuffer = 0;
-  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &framebuffer);
-  request.Framebuffer = static_cast<GLuint>(framebuffer);
+  teravox::FrameRequest& request = frame->Request;
+  const teravox::Drawn& drawn = frame->Drawn;
   if (ids)
   {
     const teravox::Int3& voxels = drawn.Source->Info().Layout.Dimensions(0);
     const std::int64_t count = teravox::NumberOfIds(voxels, drawn.CellData, ids->Kind);
     if (count >= std::int64_t{ 1 } << 48)
     {
-      if (in.Warned.insert("VoxelIds").second)
-      {
-        vtkWarningMacro("Hardware selection has 48 bits for the numbers of points and cells; this "
-                        "volume has more voxels, and is selected as a whole.");
-      }
+      in.WarnOnce(this, "VoxelIds",
+        "Hardware selection has 48 bits for the numbers of points and cells; this volume has more "
+        "voxels, and is selected as a whole.");
       return;
     }
     selector->BeginRenderProp();
@@ -1217,7 +1230,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     selector->EndRenderProp();
     if (!hits)
     {
-      fail(hits.GetStatus().Message());
+      in.Fail(this, hits.GetStatus().Message());
     }
     return;
   }
@@ -1233,10 +1246,9 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   if (this->Block && !selector && !peeling)
   {
     in.ChooseHidden(request, drawn.Source);
-    if (request.Show && !teravox::AddsUpOpacity(request.Blend.Kind) &&
-      in.Warned.insert("Block").second)
+    if (request.Show && !teravox::AddsUpOpacity(request.Blend.Kind))
     {
-      vtkWarningMacro(
+      in.WarnOnce(this, "Block",
         "A block is drawn as if there was nothing else in this blend mode: pictures of "
         "blocks can't be blended. See GetGatheredImage().");
     }
@@ -1256,23 +1268,11 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   }
   in.LastView = request.View;
   in.LastRenderer = ren;
-  in.Shown_[ren] = { request, in.FunctionVersion, drawn.Source, components };
-  for (const teravox::LoadResult& failure : in.Engine.TakeFailures())
-  {
-    const std::string text =
-      drawn.Source->Info().Name + ", " + failure.Key.ToString() + ": " + failure.Outcome.Message();
-    if (in.ReportedFailures.empty())
-    {
-      vtkErrorMacro(<< "A brick can't be read and is drawn from a coarser level. " << text);
-    }
-    if (in.ReportedFailures.insert(text).second)
-    {
-      this->InvokeEvent(BrickFailedEvent, const_cast<char*>(text.c_str()));
-    }
-  }
+  in.Shown_[ren] = { request, in.FunctionVersion, drawn.Source, frame->Components };
+  in.ReportFailures(this, in.Engine, drawn.Source->Info().Name);
   if (!status)
   {
-    fail(status.Message());
+    in.Fail(this, status.Message());
     return;
   }
   in.LastError.clear();
@@ -1310,12 +1310,12 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::FinishFrame(vtkOutOfCoreVolumeMappe
     this->FrameOf->RemoveObserver(this->FrameTag);
     this->FrameOf = nullptr;
   }
-  const teravox::FrameStatistics& frame = this->Engine.LastFrame();
+  const bool converged = this->IsConverged();
   if (this->FirstPicture == 0)
   {
     this->FirstPicture = Now() - this->SourceTime;
   }
-  if (frame.Converged)
+  if (converged)
   {
     this->ReportedFailures.clear();
     if (this->ConvergedAfter == 0)
@@ -1332,19 +1332,23 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::FinishFrame(vtkOutOfCoreVolumeMappe
   {
     this->WasConverged = false;
   }
-  const bool failed = this->Engine.FailedBricks() + this->Engine.FailedPageBlocks() > 0;
-  teravox::RefinementBoard::Post(
-    this->Window, { frame.Converged, failed, frame.MissingBricks, this->Engine.BricksLoaded() });
+  const bool failed = this->Total(&teravox::VolumeEngine::FailedBricks) +
+      this->Total(&teravox::VolumeEngine::FailedPageBlocks) >
+    0;
+  teravox::RefinementBoard::Post(this->Window,
+    { converged, failed, this->FrameTotal(&teravox::FrameStatistics::MissingBricks),
+      this->Total(&teravox::VolumeEngine::BricksLoaded) });
 }
 
 bool vtkOutOfCoreVolumeMapper::IsConverged()
 {
-  return this->Internals->Engine.LastFrame().Converged;
+  return this->Internals->IsConverged();
 }
 
 vtkIdType vtkOutOfCoreVolumeMapper::GetNumberOfMissingBricks()
 {
-  return static_cast<vtkIdType>(this->Internals->Engine.LastFrame().MissingBricks);
+  return static_cast<vtkIdType>(
+    this->Internals->FrameTotal(&teravox::FrameStatistics::MissingBricks));
 }
 
 bool vtkOutOfCoreVolumeMapper::Converge(vtkRenderWindow* window, double timeout)
@@ -1365,12 +1369,12 @@ bool vtkOutOfCoreVolumeMapper::WaitForReadAhead(double timeout)
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfBricksReadAhead()
 {
-  return this->Internals->Engine.BricksReadAhead();
+  return this->Internals->Total(&teravox::VolumeEngine::BricksReadAhead);
 }
 
 void vtkOutOfCoreVolumeMapper::RetryFailedBricks()
 {
-  this->Internals->Engine.RetryFailed();
+  this->Internals->ForEachVolume([](teravox::MapperVolume& v) { v.Engine.RetryFailed(); });
   this->Internals->ReportedFailures.clear();
   this->Modified();
 }
@@ -1384,77 +1388,83 @@ vtkIdType vtkOutOfCoreVolumeMapper::AddBrickWeights(vtkBlockSplit* split, vtkDou
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetBytesRead()
 {
-  return this->Internals->Engine.BytesRead();
+  return this->Internals->Total(&teravox::VolumeEngine::BytesRead);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetBytesUploaded()
 {
-  return this->Internals->Engine.BytesUploaded();
+  return this->Internals->Total(&teravox::VolumeEngine::BytesUploaded);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetPageTableBytesUploaded()
 {
-  return this->Internals->Engine.PageTableBytesUploaded();
+  return this->Internals->Total(&teravox::VolumeEngine::PageTableBytesUploaded);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfBricksLoaded()
 {
-  return this->Internals->Engine.BricksLoaded();
+  return this->Internals->Total(&teravox::VolumeEngine::BricksLoaded);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfFailedBricks()
 {
-  return this->Internals->Engine.FailedBricks();
+  return this->Internals->Total(&teravox::VolumeEngine::FailedBricks);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfFailedPageBlocks()
 {
-  return this->Internals->Engine.FailedPageBlocks();
+  return this->Internals->Total(&teravox::VolumeEngine::FailedPageBlocks);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfEvictions()
 {
-  return this->Internals->Engine.Evictions();
+  return this->Internals->Total(&teravox::VolumeEngine::Evictions);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfPageBlockEvictions()
 {
-  return this->Internals->Engine.PageBlockEvictions();
+  return this->Internals->Total(&teravox::VolumeEngine::PageBlockEvictions);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfSlots()
 {
-  return this->Internals->Engine.Plan().Slots;
+  vtkTypeUInt64 slots = 0;
+  this->Internals->ForEachVolume([&](teravox::MapperVolume& v) { slots += v.Engine.Plan().Slots; });
+  return slots;
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfSlotsInUse()
 {
-  return this->Internals->Engine.SlotsInUse();
+  return this->Internals->Total(&teravox::VolumeEngine::SlotsInUse);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetGPUMemoryUsed()
 {
-  return this->Internals->Engine.Memory().Used;
+  std::uint64_t used = this->Internals->MixBytes;
+  this->Internals->ForEachVolume([&](teravox::MapperVolume& v) { used += v.Engine.Memory().Used; });
+  return used;
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetPeakGPUMemoryUsed()
 {
-  return this->Internals->Engine.Memory().Peak;
+  std::uint64_t peak = this->Internals->MixBytes;
+  this->Internals->ForEachVolume([&](teravox::MapperVolume& v) { peak += v.Engine.Memory().Peak; });
+  return peak;
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetHostMemoryUsed()
 {
-  return this->Internals->Engine.HostMemoryUsed();
+  return this->Internals->Total(&teravox::VolumeEngine::HostMemoryUsed);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetPeakHostMemoryUsed()
 {
-  return this->Internals->Engine.PeakHostMemoryUsed();
+  return this->Internals->Total(&teravox::VolumeEngine::PeakHostMemoryUsed);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetAddressingMemoryUsed()
 {
-  return this->Internals->Engine.AddressingBytes();
+  return this->Internals->Total(&teravox::VolumeEngine::AddressingBytes);
 }
 
 bool vtkOutOfCoreVolumeMapper::IsMarcherNative()
@@ -1485,37 +1495,37 @@ double vtkOutOfCoreVolumeMapper::GetFrameErrorTolerance()
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfSamples()
 {
-  return this->Internals->Engine.LastFrame().Samples;
+  return this->Internals->FrameTotal(&teravox::FrameStatistics::Samples);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfEvaluatedSamples()
 {
-  return this->Internals->Engine.LastFrame().EvaluatedSamples;
+  return this->Internals->FrameTotal(&teravox::FrameStatistics::EvaluatedSamples);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfGradients()
 {
-  return this->Internals->Engine.LastFrame().Gradients;
+  return this->Internals->FrameTotal(&teravox::FrameStatistics::Gradients);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfVisits()
 {
-  return this->Internals->Engine.LastFrame().Visits;
+  return this->Internals->FrameTotal(&teravox::FrameStatistics::Visits);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfContributingSamples()
 {
-  return this->Internals->Engine.LastFrame().ContributingSamples;
+  return this->Internals->FrameTotal(&teravox::FrameStatistics::ContributingSamples);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfPasses()
 {
-  return this->Internals->Engine.LastFrame().Passes;
+  return this->Internals->FrameTotal(&teravox::FrameStatistics::Passes);
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfOperations()
 {
-  return this->Internals->Engine.Operations();
+  return this->Internals->Total(&teravox::VolumeEngine::Operations);
 }
 
 namespace
@@ -1540,10 +1550,9 @@ bool vtkOutOfCoreVolumeMapper::GetColorAccumulator(vtkImageData* image)
   {
     return false;
   }
-  in.Window->MakeCurrent();
   int width = 0;
   int height = 0;
-  const std::vector<float> colors = in.Engine.ReadColors(in.LastView, width, height);
+  const std::vector<float> colors = in.ReadColors(width, height);
   return SetPixels(image, colors, width, height);
 }
 
@@ -1629,10 +1638,9 @@ bool vtkOutOfCoreVolumeMapper::GetOpacityTiles(vtkFloatArray* tiles)
   {
     return false;
   }
-  in.Window->MakeCurrent();
   int width = 0;
   int height = 0;
-  const std::vector<float> colors = in.Engine.ReadColors(in.LastView, width, height);
+  const std::vector<float> colors = in.ReadColors(width, height);
   if (colors.empty())
   {
     return false;
@@ -1798,5 +1806,8 @@ void vtkOutOfCoreVolumeMapper::GetDepthImage(vtkImageData* image)
 
 std::string vtkOutOfCoreVolumeMapper::CheckInvariants()
 {
-  return this->Internals->Engine.CheckInvariants();
+  std::string all;
+  this->Internals->ForEachVolume(
+    [&](teravox::MapperVolume& v) { all += v.Engine.CheckInvariants(); });
+  return all;
 }

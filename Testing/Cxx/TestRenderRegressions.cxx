@@ -14,7 +14,6 @@
 #include <vector>
 #include <vtkCommand.h>
 #include <vtkImageData.h>
-#include <vtkMultiVolume.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkTrivialProducer.h>
@@ -107,41 +106,6 @@ TEST(Regressions, TwoDimensionalFunctionsOfSeveralVolumes)
   EXPECT_GT(largestOf(2), 0.1f);
   EXPECT_TRUE(messages->Messages.empty());
   stage.Renderer->RemoveVolume(second.Volume);
-}
-
-// Volumes that one mapper draws together are an error by name, and no picture of a part of them.
-TEST(Regressions, MultiVolumesAreAnErrorByName)
-{
-  Stage stage(48, 48);
-  Furnish(stage, MakeImage({}));
-  vtkNew<MessageRecorder> messages;
-  stage.Mapper->AddObserver(vtkCommand::ErrorEvent, messages);
-  const auto image = MakeImage({});
-  vtkNew<vtkTrivialProducer> producer;
-  producer->SetOutput(image);
-  stage.Mapper->SetInputConnection(1, producer->GetOutputPort());
-  vtkNew<vtkVolume> first;
-  vtkNew<vtkVolume> second;
-  first->SetProperty(stage.Property);
-  second->SetProperty(stage.Property);
-  second->SetPosition(10, 0, 0);
-  vtkNew<vtkMultiVolume> both;
-  both->SetVolume(first, 0);
-  both->SetVolume(second, 1);
-  both->SetMapper(stage.Mapper);
-  stage.Renderer->RemoveVolume(stage.Volume);
-  stage.Renderer->AddVolume(both);
-  for (int frame = 0; frame < 2; ++frame)
-  {
-    for (const float c : WithoutAlpha(stage.DrawPicture()))
-    {
-      ASSERT_EQ(c, 0.0f);
-    }
-  }
-  ASSERT_EQ(messages->Messages.size(), 1u) << "once, not with every frame";
-  EXPECT_NE(messages->Messages[0].find("vtkMultiVolume"), std::string::npos);
-  stage.Renderer->RemoveVolume(both);
-  both->SetMapper(nullptr);
 }
 
 // Budgets that nobody set are one for all mappers that draw.

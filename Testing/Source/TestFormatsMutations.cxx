@@ -202,7 +202,7 @@ bool VisitWithTheLibraryAlone(const std::string& file, const std::string& goodFi
       const hid_t plist = H5Dget_create_plist(o);
       hsize_t stored = 0;
       const hsize_t zero[H5S_MAX_RANK] = {};
-      if (rank > 0 && H5Pget_layout(plist) == H5D_CHUNKED)
+      if (rank > 0 && H5Pget_layout(plist) == H5D_CHUNKED && H5Pget_nfilters(plist) > 0)
       {
         H5Dget_chunk_storage_size(o, zero, &stored);
         if (stored > 0 && stored < (1 << 24))

@@ -1,0 +1,303 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "VolumeMixer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <utility>
+
+namespace teravox
+{
+
+namespace
+{
+double Now()
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// View depths along which there may be something.
+struct DepthRange
+{
+  double Near = 0;
+  double Far = 0;
+};
+
+// The depth buffer's depth of view depths, which every projection of VTK's makes of them alone.
+class WindowDepth
+{
+public:
+  explicit WindowDepth(const Matrix4& clipFromView)
+    : P(clipFromView)
+  {
+  }
+  double Near() const { return (this->P[11] + this->P[15]) / (this->P[10] + this->P[14]); }
+  double Far() const { return (this->P[15] - this->P[11]) / (this->P[14] - this->P[10]); }
+  /// Of depths between those two.
+  float operator()(double depth) const
+  {
+    const double z = this->P[11] - this->P[10] * depth;
+    const double w = this->P[15] - this->P[14] * depth;
+    return static_cast<float>(std::clamp(0.5 * (z / w + 1), 0.0, 1.0));
+  }
+  /// How far apart depths are, at this one, that the depth buffer can tell.
+  double Resolution(double depth) const
+  {
+    const double z = this->P[11] - this->P[10] * depth;
+    const double w = this->P[15] - this->P[14] * depth;
+    const double change = 0.5 * std::fabs((this->P[14] * z - this->P[10] * w) / (w * w));
+    return std::numeric_limits<float>::epsilon() / change;
+  }
+
+private:
+  Matrix4 P;
+};
+
+DepthRange DepthsOf(const VolumeMixer::Part& part)
+{
+  const ViewInput& camera = part.Request.Camera;
+  const Matrix4 viewFromVoxel = MultiplyMatrices(
+    camera.ViewFromWorld, MultiplyMatrices(camera.WorldFromDataset, camera.DatasetFromVoxel));
+  DepthRange range{ std::numeric_limits<double>::infinity(),
+    -std::numeric_limits<double>::infinity() };
+  for (int corner = 0; corner < 8; ++corner)
+  {
+    Double3 p{};
+    for (std::size_t a = 0; a < 3; ++a)
+    {
+      p[a] = (corner >> a & 1) != 0 ? static_cast<double>(part.Voxels[a]) : 0.0;
+    }
+    const double depth = -ApplyToPoint(viewFromVoxel, p)[2];
+    range.Near = std::min(range.Near, depth);
+    range.Far = std::max(range.Far, depth);
+  }
+  return range;
+}
+
+double ShortestEdge(const VolumeMixer::Part& part)
+{
+  const Matrix4 m =
+    MultiplyMatrices(part.Request.Camera.WorldFromDataset, part.Request.Camera.DatasetFromVoxel);
+  double shortest = std::numeric_limits<double>::infinity();
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    shortest = std::min(shortest, std::hypot(m[a], m[4 + a], m[8 + a]));
+  }
+  return shortest;
+}
+
+// Where more than one volume may be.
+DepthRange ZoneOf(const std::vector<DepthRange>& ranges)
+{
+  std::vector<double> begins;
+  std::vector<double> ends;
+  for (const DepthRange& range : ranges)
+  {
+    begins.push_back(range.Near);
+    ends.push_back(range.Far);
+  }
+  std::sort(begins.begin(), begins.end());
+  std::sort(ends.begin(), ends.end(), std::greater<double>());
+  return { begins[1], ends[1] };
+}
+
+MixedRays::Options OptionsOf(const std::vector<VolumeMixer::Part>& parts, double tolerance)
+{
+  std::vector<DepthRange> ranges;
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const VolumeMixer::Part& part : parts)
+  {
+    ranges.push_back(DepthsOf(part));
+    shortest = std::min(shortest, ShortestEdge(part));
+  }
+  const WindowDepth window(parts[0].Request.Camera.ClipFromView);
+  const DepthRange zone = ZoneOf(ranges);
+  MixedRays::Options options;
+  options.Tolerance = tolerance;
+  options.ZoneBegin = std::clamp(zone.Near, window.Near(), window.Far());
+  options.ZoneEnd = std::clamp(zone.Far, window.Near(), window.Far());
+  options.LeastLength = std::max(shortest / 16, 4 * window.Resolution(options.ZoneEnd));
+  return options;
+}
+
+// The stretches in front of opaque geometry, and from where to where there are any.
+std::shared_ptr<const RayDepths> ToWindow(const std::vector<MixedRays::Stretch>& stretches,
+  const WindowDepth& window, const std::vector<float>& opaque, DepthRange& all)
+{
+  auto depths = std::make_shared<RayDepths>();
+  depths->Begin.assign(stretches.size(), 1);
+  depths->End.assign(stretches.size(), 0);
+  all = { std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity() };
+  for (std::size_t i = 0; i < stretches.size(); ++i)
+  {
+    const MixedRays::Stretch& stretch = stretches[i];
+    if (!(stretch.Begin < stretch.End))
+    {
+      continue;
+    }
+    const float begin = stretch.Begin == MixedRays::FromNear ? 0.0f : window(stretch.Begin);
+    const float end = stretch.End == MixedRays::ToEnd ? 1.0f : window(stretch.End);
+    const float last = opaque.empty() ? end : std::min(end, opaque[i]);
+    if (begin < last)
+    {
+      depths->Begin[i] = begin;
+      depths->End[i] = last;
+      all.Near = std::min(all.Near, stretch.Begin);
+      all.Far = std::max(all.Far, stretch.End);
+    }
+  }
+  return depths;
+}
+
+// Of a picture whose colours are mixed with others: nothing is shown, and nothing but colours kept.
+FrameRequest ForMixing(const VolumeMixer::Part& part)
+{
+  FrameRequest request = part.Request;
+  request.Show = false;
+  request.Final.PropColor = std::nullopt;
+  request.ErrorEstimate = false;
+  request.HitOpacity = std::nullopt;
+  request.ShowLevel = false;
+  request.ShowSamples = false;
+  request.ShowFrames = false;
+  return request;
+}
+
+bool IsOver(const VolumeEngine& engine)
+{
+  return engine.LastFrame().TimedOut || engine.LastFrame().Aborted;
+}
+} // namespace
+
+Status VolumeMixer::Mix(View& view, std::vector<Part>& parts, const void* scratch, double until)
+{
+  MixedRays& rays = *view.Rays;
+  const FrameRequest& first = parts[0].Request;
+  const WindowDepth window(first.Camera.ClipFromView);
+  const std::vector<float> opaque =
+    first.UseDepth ? parts[0].Engine->ReadDepth(first.View) : std::vector<float>();
+  std::vector<DepthRange> ranges;
+  std::transform(parts.begin(), parts.end(), std::back_inserter(ranges), DepthsOf);
+  std::vector<std::vector<float>> drawn(parts.size());
+  while (!rays.IsDone() && Now() < until)
+  {
+    DepthRange all;
+    const auto depths = ToWindow(rays.Next(), window, opaque, all);
+    for (std::size_t v = 0; v < parts.size(); ++v)
+    {
+      drawn[v].clear();
+      if (!(all.Near < ranges[v].Far && all.Far > ranges[v].Near))
+      {
+        continue;
+      }
+      VolumeEngine& engine = *parts[v].Engine;
+      FrameRequest stretch = ForMixing(parts[v]);
+      stretch.View = scratch;
+      stretch.Depths = depths;
+      stretch.IsStretch = true;
+      stretch.Continues = true;
+      stretch.Tolerance /= 2;
+      if (Status status = engine.Render(stretch); !status)
+      {
+        return status;
+      }
+      view.Exact = view.Exact && engine.LastFrame().Converged;
+      if (IsOver(engine))
+      {
+        return {};
+      }
+      int width = 0;
+      int height = 0;
+      drawn[v] = engine.ReadColors(scratch, width, height);
+    }
+    rays.Take(drawn);
+  }
+  return {};
+}
+
+Status VolumeMixer::Render(std::vector<Part>& parts, const void* scratch)
+{
+  const double began = Now();
+  this->Complete = false;
+  this->Rounds_ = 0;
+  const FrameRequest& first = parts[0].Request;
+  View& view = this->Views[first.View];
+  bool same = view.Exact && view.Rays && view.Parts == parts.size();
+  bool converged = true;
+  bool over = false;
+  // Half of it, as loose as the frame is.
+  double tolerance = 0;
+  for (Part& part : parts)
+  {
+    if (Status status = part.Engine->Render(ForMixing(part)); !status)
+    {
+      return status;
+    }
+    const FrameStatistics& frame = part.Engine->LastFrame();
+    same = same && frame.Converged && frame.Passes == 0;
+    converged = converged && frame.Converged;
+    over = over || IsOver(*part.Engine);
+    tolerance = std::max(tolerance, frame.Tolerance / 2);
+  }
+  // Steps of one length have no tolerance.
+  tolerance = tolerance > 0 ? tolerance : FrameRequest().Tolerance / 2;
+  if (!same || view.Tolerance != tolerance)
+  {
+    std::vector<std::vector<float>> whole;
+    for (Part& part : parts)
+    {
+      whole.push_back(part.Engine->ReadColors(first.View, view.Width, view.Height));
+    }
+    view.Parts = parts.size();
+    view.Tolerance = tolerance;
+    view.Exact = converged;
+    view.Rays.emplace(OptionsOf(parts, tolerance), whole);
+  }
+  const std::uint64_t before = view.Rays->Rounds();
+  if (!over)
+  {
+    const bool isTimed = !first.Converge && first.TimeBudget > 0;
+    const double until =
+      isTimed ? began + first.TimeBudget : std::numeric_limits<double>::infinity();
+    if (Status status = Mix(view, parts, scratch, until); !status)
+    {
+      view.Exact = false;
+      return status;
+    }
+  }
+  this->Rounds_ = view.Rays->Rounds() - before;
+  this->Complete = view.Rays->IsDone() && view.Exact;
+  FrameRequest shown = ForMixing(parts[0]);
+  shown.View = scratch;
+  shown.IsStretch = true;
+  shown.Show = first.Show;
+  shown.Final = first.Final;
+  return parts[0].Engine->ShowColors(shown, view.Rays->Colors());
+}
+
+std::vector<float> VolumeMixer::ReadColors(const void* view, int& width, int& height) const
+{
+  const auto found = this->Views.find(view);
+  if (found == this->Views.end() || !found->second.Rays)
+  {
+    width = height = 0;
+    return {};
+  }
+  width = found->second.Width;
+  height = found->second.Height;
+  return found->second.Rays->Colors();
+}
+
+void VolumeMixer::KeepViews(const std::set<const void*>& views)
+{
+  for (auto at = this->Views.begin(); at != this->Views.end();)
+  {
+    at = views.count(at->first) != 0 ? std::next(at) : this->Views.erase(at);
+  }
+}
+
+} // namespace teravox

@@ -1,0 +1,218 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "ColorAndDepthImage.h"
+#include "DepthPeeling.h"
+#include "InputArray.h"
+#include "MaskInput.h"
+#include "PropertyFunctions.h"
+#include "SliceDepths.h"
+#include "VolumeEngine.h"
+#include "VolumeMixer.h"
+#include "vtkBrickSource.h"
+#include "vtkCallbackCommand.h"
+#include "vtkNew.h"
+#include "vtkOpenGLRenderWindow.h"
+#include "vtkOutOfCoreVolumeMapper.h"
+#include "vtkRenderer.h"
+#include "vtkRendererCollection.h"
+#include "vtkSmartPointer.h"
+#include "vtkTrivialProducer.h"
+#include "vtkWeakPointer.h"
+
+#include <iterator>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+class vtkHardwareSelector;
+class vtkMultiVolume;
+class vtkVolume;
+class vtkVolumeProperty;
+
+namespace teravox
+{
+
+/// What a mapper draws: a source, and where its level 0 lies.
+struct Drawn
+{
+  std::shared_ptr<BrickSource> Source;
+  Matrix4 DatasetFromVoxel{}; ///< corner coordinates of level 0
+  bool CellData = false;
+  std::shared_ptr<BrickSeries> Series; ///< what the source is a step of
+  int Step = 0;
+};
+
+/// One of the volumes that a mapper draws: how it comes from its input, and what draws it.
+struct MapperVolume
+{
+  VolumeEngine Engine;
+  SliceDepths Slice;
+  InputArray Arrays; ///< the source made from an ordinary array
+  MaskInput Mask;
+
+  /// One scalar of the components of a source, and which.
+  std::shared_ptr<BrickSource> Scalars;
+  std::shared_ptr<BrickSource> ScalarsSource;
+  int ScalarsComponent = 0;
+  int FunctionComponent = 0; ///< whose functions and material are those of scalars
+
+  vtkMTimeType FunctionTime = 0;
+  vtkVolumeProperty* FunctionOf = nullptr;
+  std::shared_ptr<BrickSource> FunctionFor;
+  RangeChoice FunctionRange;
+  float FunctionBlend = 1;   ///< MaskBlendFactor
+  double FunctionLength = 0; ///< ShortestLength that it was sampled for
+  std::uint64_t FunctionVersion = 0;
+  std::shared_ptr<BrickSource> Timed;
+};
+
+/// What a mapper is about to draw of one of its volumes.
+struct MapperFrame
+{
+  FrameRequest Request;
+  teravox::Drawn Drawn;
+  int Components = 1;
+};
+
+} // namespace teravox
+
+class vtkOutOfCoreVolumeMapper::vtkInternals : public teravox::MapperVolume
+{
+public:
+  teravox::DepthPeeling Peeling;
+  // A frame that is drawn in stretches is complete when its renderer says so.
+  vtkNew<vtkCallbackCommand> FrameEnds;
+  vtkWeakPointer<vtkRenderer> FrameOf;
+  unsigned long FrameTag = 0;
+  void FinishFrame(vtkOutOfCoreVolumeMapper* mapper);
+  vtkSmartPointer<vtkBrickSource> Explicit;
+  vtkSmartPointer<vtkTrivialProducer> StandIn; // input for volumes that come from SetBrickSource()
+  bool UsesStandIn = false;
+
+  // Of a vtkMultiVolume: the volumes of ports other than 0, whose is this one; none else.
+  std::map<int, std::unique_ptr<teravox::MapperVolume>> Others;
+  teravox::VolumeMixer Mixer;
+  // Sums and the like over all volumes.
+  template <typename F>
+  void ForEachVolume(const F& f)
+  {
+    f(static_cast<teravox::MapperVolume&>(*this));
+    for (const auto& other : this->Others)
+    {
+      f(*other.second);
+    }
+  }
+  template <typename R>
+  R Total(R (teravox::VolumeEngine::*of)() const)
+  {
+    R sum{};
+    this->ForEachVolume([&](teravox::MapperVolume& v) { sum += (v.Engine.*of)(); });
+    return sum;
+  }
+  template <typename R>
+  R FrameTotal(R teravox::FrameStatistics::*of)
+  {
+    R sum{};
+    this->ForEachVolume([&](teravox::MapperVolume& v) { sum += v.Engine.LastFrame().*of; });
+    return sum;
+  }
+  std::uint64_t NumberOfVolumes() const { return 1 + this->Others.size(); }
+  bool IsConverged()
+  {
+    bool all = this->Others.empty() || this->Mixer.IsComplete();
+    this->ForEachVolume(
+      [&](teravox::MapperVolume& v) { all = all && v.Engine.LastFrame().Converged; });
+    return all;
+  }
+
+  // Whose context holds what the engines have on the GPU, and when that context was made: a window
+  // may get another one.
+  vtkWeakPointer<vtkOpenGLRenderWindow> Window;
+  vtkMTimeType ContextTime = 0;
+  vtkNew<vtkCallbackCommand> WindowGoes; // the last chance to free what lives in its context
+  unsigned long WindowTag = 0;
+  void Adopt(vtkOutOfCoreVolumeMapper* mapper, vtkOpenGLRenderWindow* window, vtkRenderer* drawing);
+
+  std::set<std::string> Warned;
+  std::string LastError;
+  std::set<std::string> ReportedFailures;
+  bool WasConverged = false;
+  double SourceTime = 0;
+  double FirstPicture = 0;
+  double ConvergedAfter = 0;
+  const void* LastView = nullptr;
+  const void* LastRenderer = nullptr;
+  // An error that comes with every frame is said once.
+  void Fail(vtkOutOfCoreVolumeMapper* mapper, const std::string& message);
+  // What couldn't be read of a volume since the last call.
+  void ReportFailures(
+    vtkOutOfCoreVolumeMapper* mapper, teravox::VolumeEngine& engine, const std::string& name);
+  void WarnOnce(
+    vtkOutOfCoreVolumeMapper* mapper, const std::string& key, const std::string& message);
+
+  // What is drawn of a source: itself, or one scalar of it.
+  static std::shared_ptr<teravox::BrickSource> ScalarsOf(vtkOutOfCoreVolumeMapper* mapper,
+    teravox::MapperVolume& part, vtkVolumeProperty* property,
+    const std::shared_ptr<teravox::BrickSource>& source);
+  void KeepVolumes(const std::set<int>& ports);
+  // Everything about a volume that isn't drawing it. `volume`: place and property; `prop`: what the
+  // renderer has. Nothing, after an error, if there is nothing to draw.
+  std::optional<teravox::MapperFrame> Prepare(vtkOutOfCoreVolumeMapper* mapper,
+    teravox::MapperVolume& part, int port, vtkRenderer* ren, vtkVolume* volume, vtkVolume* prop);
+  // MapperMultiVolume.cxx
+  void RenderTogether(
+    vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, vtkMultiVolume* volumes, double began);
+  std::uint64_t MixBytes = 0; // that MixedRays take, of the budget of the GPU
+
+  // What was drawn last in each renderer.
+  struct Shown
+  {
+    teravox::FrameRequest Request;
+    std::uint64_t FunctionVersion = 0;
+    std::shared_ptr<teravox::BrickSource> Source;
+    int Components = 1;
+  };
+  std::map<const void*, Shown> Shown_;
+
+  // What blocks in front of the drawn one hide; confirmed for what was drawn last then.
+  using Tiles = std::shared_ptr<const std::vector<float>>;
+  Tiles Suspected;
+  Tiles Confirmed;
+  Shown ConfirmedFor;
+  void ChooseHidden(
+    teravox::FrameRequest& request, const std::shared_ptr<teravox::BrickSource>& source);
+
+  // Each eye has a view of its own: both pictures stay. So have stretches of several volumes.
+  static const void* ViewOf(vtkRenderer* ren, bool rightEye, bool stretches = false)
+  {
+    return static_cast<const char*>(static_cast<const void*>(ren)) + (rightEye ? 1 : 0) +
+      (stretches ? 2 : 0);
+  }
+
+  // Forgets what belongs to renderers that the window doesn't have any more.
+  void KeepRenderers(vtkRenderWindow* window, vtkRenderer* drawing);
+
+  // VolumeEngine::ReadColors() of the last frame, of all volumes together.
+  std::vector<float> ReadColors(int& width, int& height)
+  {
+    this->Window->MakeCurrent();
+    return this->Others.empty() ? this->Engine.ReadColors(this->LastView, width, height)
+                                : this->Mixer.ReadColors(this->LastView, width, height);
+  }
+
+  // Of the last frame; nothing if that looked for none.
+  std::optional<teravox::FirstHits> ReadHits()
+  {
+    if (!this->Window || !this->LastView)
+    {
+      return std::nullopt;
+    }
+    this->Window->MakeCurrent();
+    return this->Engine.ReadFirstHits(this->LastView);
+  }
+};

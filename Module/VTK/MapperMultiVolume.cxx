@@ -1,0 +1,138 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What vtkOutOfCoreVolumeMapper does of a vtkMultiVolume: several inputs, each with a volume that
+// has its place and its property, in one picture and one budget.
+#include "DepthPeeling.h"
+#include "MapperInternals.h"
+#include "vtkCommand.h"
+#include "vtkHardwareSelector.h"
+#include "vtkMultiVolume.h"
+#include "vtkVolume.h"
+
+#include <array>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace
+{
+double Now()
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+} // namespace
+
+void vtkOutOfCoreVolumeMapper::vtkInternals::RenderTogether(
+  vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, vtkMultiVolume* volumes, double began)
+{
+  vtkHardwareSelector* selector = ren->GetSelector();
+  if (!selector && teravox::DepthPeeling::PassOf(volumes))
+  {
+    this->Fail(mapper,
+      "vtkMultiVolume can't be drawn between translucent geometry (UseDepthPeelingForVolumes), and "
+      "isn't drawn.");
+    return;
+  }
+  // A port counts if it has an input and a visible volume.
+  std::set<int> ports;
+  for (const int port : mapper->Ports)
+  {
+    const bool isInput = mapper->GetNumberOfInputConnections(port) > 0;
+    vtkVolume* volume = isInput ? volumes->GetVolume(port) : nullptr;
+    if (volume && volume->GetVisibility() != 0)
+    {
+      ports.insert(port);
+    }
+  }
+  if (ports.empty())
+  {
+    return;
+  }
+  if (!selector)
+  {
+    mapper->InvokeEvent(vtkCommand::VolumeMapperRenderStartEvent, nullptr);
+  }
+  // Whichever comes first is drawn by the mapper's own engine.
+  const int first = *ports.begin();
+  std::set<int> others = ports;
+  others.erase(first);
+  this->KeepVolumes(others);
+  for (const int port : others)
+  {
+    std::unique_ptr<teravox::MapperVolume>& other = this->Others[port];
+    if (!other)
+    {
+      other = std::make_unique<teravox::MapperVolume>();
+    }
+  }
+  int size[2];
+  int origin[2];
+  ren->GetTiledSizeAndOrigin(&size[0], &size[1], &origin[0], &origin[1]);
+  this->MixBytes = others.empty() ? 0
+                                  : teravox::MixedRays::BytesPerRay(ports.size()) *
+      static_cast<std::uint64_t>(size[0]) * static_cast<std::uint64_t>(size[1]);
+
+  std::vector<teravox::VolumeMixer::Part> parts;
+  std::vector<std::string> names;
+  for (const int port : ports)
+  {
+    teravox::MapperVolume& own =
+      port == first ? static_cast<teravox::MapperVolume&>(*this) : *this->Others.at(port);
+    vtkVolume* volume = volumes->GetVolume(port);
+    volume->ComputeMatrix();
+    const std::optional<teravox::MapperFrame> frame =
+      this->Prepare(mapper, own, port, ren, volume, volumes);
+    if (!frame)
+    {
+      return;
+    }
+    parts.push_back(
+      { &own.Engine, frame->Request, frame->Drawn.Source->Info().Layout.Dimensions(0) });
+    names.push_back(frame->Drawn.Source->Info().Name);
+  }
+  teravox::FrameRequest& request = parts[0].Request;
+  if (selector)
+  {
+    std::array<float, 3> color{};
+    selector->BeginRenderProp();
+    selector->GetPropColorValue(color.data());
+    request.Final.PropColor = color;
+  }
+  request.Show = true;
+  const void* scratch = static_cast<const char*>(request.View) + 2;
+  const teravox::Status status =
+    others.empty() ? this->Engine.Render(request) : this->Mixer.Render(parts, scratch);
+  if (selector)
+  {
+    selector->EndRenderProp();
+  }
+  this->LastView = request.View;
+  this->LastRenderer = ren;
+  this->Shown_.erase(ren); // there is nothing to pick of several volumes
+  bool timedOut = false;
+  for (std::size_t v = 0; v < parts.size(); ++v)
+  {
+    this->ReportFailures(mapper, *parts[v].Engine, names[v]);
+    timedOut = timedOut || parts[v].Engine->LastFrame().TimedOut;
+  }
+  if (!status)
+  {
+    this->Fail(mapper, status.Message());
+    return;
+  }
+  this->LastError.clear();
+  if (selector)
+  {
+    return;
+  }
+  if (timedOut)
+  {
+    vtkWarningWithObjectMacro(mapper,
+      << "The picture isn't complete: for " << mapper->ConvergeTimeout << " s no brick has come.");
+  }
+  mapper->TimeToDraw = Now() - began;
+  this->FinishFrame(mapper);
+  mapper->InvokeEvent(vtkCommand::VolumeMapperRenderEndEvent, nullptr);
+}

@@ -1,0 +1,533 @@
+// SPDX-FileCopyrightText: Teravox contributors
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// vtkMultiVolume: several volumes that fill the same places. The truth are closed forms, and many
+// small steps along rays of the reference's own fields, whose extinctions add up.
+#include "BesideVTK.h"
+#include "MessageRecorder.h"
+#include "RayOfTruth.h"
+#include "vtkOutOfCoreVolumeMapper.h"
+#include "vtkProceduralVolumeSource.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <gtest/gtest.h>
+#include <memory>
+#include <string>
+#include <vector>
+#include <vtkActor.h>
+#include <vtkCamera.h>
+#include <vtkCommand.h>
+#include <vtkImageData.h>
+#include <vtkMultiVolume.h>
+#include <vtkPlane.h>
+#include <vtkPlaneSource.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkPropPicker.h>
+#include <vtkProperty.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkTrivialProducer.h>
+#include <vtkVolume.h>
+#include <vtkVolumeProperty.h>
+
+using namespace teravox;
+using namespace teravox::test;
+
+namespace
+{
+
+double RippleField(double x, double y, double z)
+{
+  return 0.5 + 0.5 * std::sin(11 * x + 3 * y) * std::cos(9 * z - 4 * y);
+}
+
+ImageOptions SecondOptions()
+{
+  ImageOptions options;
+  options.Dimensions = { 30, 42, 26 };
+  options.Spacing = { 1.1, 0.8, 1.3 };
+  options.Origin = { 6, 2, 5 };
+  return options;
+}
+
+// One mapper, two inputs. Each volume has a stage that holds its property and matrix, and of which
+// the truth is made; the first one's shows both.
+class Pair
+{
+public:
+  explicit Pair(int size)
+    : First(size, size)
+    , Second(size, size)
+  {
+    this->Set({}, BlobField, SecondOptions(), RippleField);
+    this->First.SetTransfer(MakeTransfer(OpacityShape::Ramp));
+    this->Second.SetTransfer({ { { 0, 0 }, { 140, 0 }, { 190, 0.12 }, { 255, 0.3 } },
+      { { 0, 0, 0.2, 1 }, { 255, 1, 0.9, 0.1 } }, 1 });
+    this->Second.Volume->SetPosition(3, -2, 4);
+    this->Second.Volume->RotateY(20);
+    this->Both->SetVolume(this->First.Volume, 0);
+    this->Both->SetVolume(this->Second.Volume, 1);
+    this->Both->SetMapper(this->First.Mapper);
+    this->First.Renderer->RemoveVolume(this->First.Volume);
+    this->First.Renderer->AddVolume(this->Both);
+    this->First.Mapper->SetBrickSize(16);
+    this->First.Look({ 0.4, 1, -0.3 }, 0.8);
+    this->Second.Renderer->SetActiveCamera(this->First.Renderer->GetActiveCamera());
+  }
+  ~Pair()
+  {
+    this->First.Renderer->RemoveVolume(this->Both);
+    this->Both->SetMapper(nullptr);
+  }
+  Pair(const Pair&) = delete;
+  Pair& operator=(const Pair&) = delete;
+  Pair(Pair&&) = delete;
+  Pair& operator=(Pair&&) = delete;
+
+  void Set(const ImageOptions& one, const UnitField& oneField, const ImageOptions& other,
+    const UnitField& otherField)
+  {
+    this->Images = { MakeImage(one, oneField), MakeImage(other, otherField) };
+    this->First.SetImage(this->Images[0]);
+    this->Second.SetImage(this->Images[1]);
+    this->Connect(this->First.Mapper, this->Images);
+  }
+  void Connect(vtkGPUVolumeRayCastMapper* mapper,
+    const std::array<vtkSmartPointer<vtkImageData>, 2>& images) const
+  {
+    for (int port = 0; port < 2; ++port)
+    {
+      vtkNew<vtkTrivialProducer> producer;
+      producer->SetOutput(images[static_cast<std::size_t>(port)]);
+      mapper->SetInputConnection(port, producer->GetOutputPort());
+    }
+  }
+  std::vector<float> Draw() { return this->First.Draw(); }
+  vtkOutOfCoreVolumeMapper* Mapper() const { return this->First.Mapper; }
+
+  Stage First;
+  Stage Second;
+  vtkNew<vtkMultiVolume> Both;
+  std::array<vtkSmartPointer<vtkImageData>, 2> Images;
+};
+
+// Emission and absorption of all scenes together, by small steps in each of which they are
+// constant.
+TruthColor IntegrateTogether(
+  const std::vector<const TruthScene*>& scenes, int x, int y, double dx, double dy)
+{
+  struct Sample
+  {
+    double Begin;
+    double End;
+    double Extinction;
+    Double3 Color;
+  };
+  std::vector<std::vector<Sample>> samples;
+  std::vector<double> cuts;
+  double perDepth = 1;
+  for (const TruthScene* scene : scenes)
+  {
+    const RayOfTruth ray(*scene, x, y, dx, dy);
+    perDepth = 1 / ray.Ray.DepthPerLength;
+    std::vector<Sample>& own = samples.emplace_back();
+    ray.Sample(48,
+      [&](int level, double depth, double step)
+      {
+        const double value = ray.Field(level, depth);
+        own.push_back({ depth - step / 2, depth + step / 2,
+          scene->Transfer.Extinction(scene->Transfer.GetAlpha(value)),
+          scene->Transfer.GetColor(value) });
+        cuts.push_back(depth - step / 2);
+        cuts.push_back(depth + step / 2);
+      });
+  }
+  std::sort(cuts.begin(), cuts.end());
+  std::vector<std::size_t> at(samples.size(), 0);
+  TruthColor sum{};
+  for (std::size_t i = 1; i < cuts.size(); ++i)
+  {
+    const double middle = 0.5 * (cuts[i - 1] + cuts[i]);
+    double extinction = 0;
+    Double3 light{};
+    for (std::size_t v = 0; v < samples.size(); ++v)
+    {
+      while (at[v] < samples[v].size() && samples[v][at[v]].End <= middle)
+      {
+        ++at[v];
+      }
+      if (at[v] < samples[v].size() && samples[v][at[v]].Begin <= middle)
+      {
+        const Sample& s = samples[v][at[v]];
+        extinction += s.Extinction;
+        light = light + s.Extinction * s.Color;
+      }
+    }
+    if (extinction > 0)
+    {
+      const double opacity =
+        -std::expm1(-extinction * (cuts[i] - cuts[i - 1]) * perDepth) * (1 - sum[3]);
+      for (std::size_t c = 0; c < 3; ++c)
+      {
+        sum[c] += light[c] / extinction * opacity;
+      }
+      sum[3] += opacity;
+    }
+  }
+  return sum;
+}
+
+// How far a picture lies beyond the truth of nine rays per pixel: largest, and that of 99.9 %.
+struct Excess
+{
+  double Max = 0;
+  double Most = 0;
+};
+Excess ExcessOf(Pair& pair, const std::vector<float>& picture, int every)
+{
+  const auto one = SourceOfImage(pair.Images[0], 16, false);
+  const auto other = SourceOfImage(pair.Images[1], 16, false);
+  const StageTruth first(pair.First, *one);
+  const StageTruth second(pair.Second, *other);
+  const int width = pair.First.Width();
+  std::vector<double> beyond;
+  for (int y = 0; y < pair.First.Height(); y += every)
+  {
+    for (int x = 0; x < width; x += every)
+    {
+      beyond.push_back(ExcessOfPixel(&picture[4 * static_cast<std::size_t>(y * width + x)],
+        [&](double dx, double dy) {
+          return IntegrateTogether({ &first.Scene(), &second.Scene() }, x, y, dx, dy);
+        }).Beyond);
+    }
+  }
+  std::sort(beyond.begin(), beyond.end());
+  return { beyond.back(), beyond[beyond.size() - 1 - beyond.size() / 1000] };
+}
+
+float LargestOpacity(const std::vector<float>& picture)
+{
+  float largest = 0;
+  for (std::size_t i = 3; i < picture.size(); i += 4)
+  {
+    largest = std::max(largest, picture[i]);
+  }
+  return largest;
+}
+
+} // namespace
+
+// Two blocks of fog that overlap along the view: in front the one, then both, then the other.
+TEST(MultiVolume, HomogeneousMediaAreExact)
+{
+  Pair pair(24);
+  ImageOptions one;
+  one.Dimensions = { 21, 21, 21 };
+  ImageOptions other = one;
+  other.Origin = { 0, 0, 8 };
+  const auto constant = [](double, double, double) { return 0.5; };
+  pair.Set(one, constant, other, constant);
+  pair.Second.Volume->SetOrientation(0, 0, 0);
+  pair.Second.Volume->SetPosition(0, 0, 0);
+  const std::array<double, 2> opacity{ 0.06, 0.11 };
+  const TransferNodes red{ { { 0, opacity[0] }, { 255, opacity[0] } },
+    { { 0, 1, 0.2, 0 }, { 255, 1, 0.2, 0 } }, 1 };
+  const TransferNodes blue{ { { 0, opacity[1] }, { 255, opacity[1] } },
+    { { 0, 0, 0.4, 1 }, { 255, 0, 0.4, 1 } }, 1 };
+  pair.First.SetTransfer(red);
+  pair.Second.SetTransfer(blue);
+  for (const bool behind : { false, true })
+  {
+    pair.First.Look({ 0, 0, behind ? -1.0 : 1.0 }, 3, true);
+    const std::vector<float> picture = pair.Draw();
+    // 8 of the first (or the second), 12 of both, 8 of the other.
+    const std::array<double, 2> tau{ -std::log1p(-opacity[0]), -std::log1p(-opacity[1]) };
+    const std::array<std::array<double, 3>, 2> color{ { { 1, 0.2, 0 }, { 0, 0.4, 1 } } };
+    TruthColor truth{};
+    const auto add = [&](bool isFirst, bool isSecond, double length)
+    {
+      const double sum = (isFirst ? tau[0] : 0) + (isSecond ? tau[1] : 0);
+      const double a = -std::expm1(-sum * length) * (1 - truth[3]);
+      for (std::size_t c = 0; c < 3; ++c)
+      {
+        truth[c] +=
+          a * ((isFirst ? tau[0] * color[0][c] : 0) + (isSecond ? tau[1] * color[1][c] : 0)) / sum;
+      }
+      truth[3] += a;
+    };
+    // Seen along +z the first volume comes first; Look() looks along the direction.
+    const bool firstInFront = !behind;
+    add(firstInFront, !firstInFront, 8);
+    add(true, true, 12);
+    add(!firstInFront, firstInFront, 8);
+    const std::size_t middle = 4 * (12 * 24 + 12);
+    for (std::size_t c = 0; c < 4; ++c)
+    {
+      EXPECT_NEAR(picture[middle + c], truth[c], 0.5 / 255) << c << ", " << behind;
+    }
+  }
+}
+
+TEST(MultiVolume, TruthOfTwoVolumes)
+{
+  Pair pair(48);
+  for (const bool parallel : { false, true })
+  {
+    pair.First.Look({ 0.4, 1, -0.3 }, 0.8, parallel);
+    const std::vector<float> picture = pair.Draw();
+    EXPECT_TRUE(pair.Mapper()->IsConverged());
+    EXPECT_GT(LargestOpacity(picture), 0.5f);
+    const Excess excess = ExcessOf(pair, picture, 1);
+    std::printf("  beyond the truth: %.2f/255 at most, %.2f/255 in 99.9 %%\n", 255 * excess.Max,
+      255 * excess.Most);
+    EXPECT_LE(excess.Max, 1.0 / 255);
+  }
+  // Thin shells: surfaces of both that pass through each other.
+  pair.First.SetTransfer(MakeTransfer(OpacityShape::Box));
+  pair.Second.SetTransfer(MakeTransfer(OpacityShape::Peak));
+  const Excess excess = ExcessOf(pair, pair.Draw(), 2);
+  std::printf(
+    "  shells: %.2f/255 at most, %.2f/255 in 99.9 %%\n", 255 * excess.Max, 255 * excess.Most);
+  EXPECT_LE(excess.Max, 1.0 / 255);
+}
+
+// VTK's mapper steps through all volumes, one after the other at each place.
+TEST(MultiVolume, BesideVTK)
+{
+  Pair pair(64);
+  // Cell data: of the outer half voxels of point data VTK 9.1 takes account for the first input
+  // only, and stretches the others over their bounds.
+  ImageOptions one;
+  ImageOptions other = SecondOptions();
+  one.CellData = other.CellData = true;
+  pair.Set(one, BlobField, other, RippleField);
+  const std::vector<float> ours = WithoutAlpha(pair.First.DrawPicture());
+  vtkNew<vtkOpenGLGPUVolumeRayCastMapper> theirs;
+  theirs->SetScalarModeToUseCellData();
+  theirs->SetAutoAdjustSampleDistances(0);
+  theirs->UseJitteringOff();
+  theirs->SetSampleDistance(0.1f);
+  pair.Connect(theirs, { WithWideScalars(pair.Images[0]), WithWideScalars(pair.Images[1]) });
+  pair.Both->SetMapper(theirs);
+  const std::vector<float> picture = WithoutAlpha(pair.First.DrawPicture());
+  pair.Both->SetMapper(pair.First.Mapper);
+  const ImageDifference d = CompareImages(ours, picture);
+  std::printf("  mean %.3f/255, p99 %.2f/255, max %.2f/255\n", 255 * d.Mean, 255 * d.Percentile99,
+    255 * d.Max);
+  EXPECT_GT(*std::max_element(picture.begin(), picture.end()), 0.3f);
+  EXPECT_LE(d.Mean, 1.0 / 255);
+  EXPECT_LE(d.Percentile99, 6.0 / 255);
+}
+
+// Alone in its vtkMultiVolume a volume is what it is in a vtkVolume, to the bit; so are places
+// where there is but one.
+TEST(MultiVolume, OneVolumeAloneIsItsPicture)
+{
+  Pair pair(48);
+  const std::vector<float> both = pair.Draw();
+  pair.Second.Volume->SetVisibility(0);
+  const std::vector<float> first = pair.Draw();
+  pair.First.Renderer->RemoveVolume(pair.Both);
+  pair.First.Renderer->AddVolume(pair.First.Volume);
+  pair.First.Mapper->RemoveInputConnection(1, 0);
+  EXPECT_TRUE(AreImagesIdentical(first, pair.Draw()));
+  pair.Second.Mapper->SetBrickSize(16);
+  pair.Second.Volume->SetVisibility(1);
+  const std::vector<float> second = pair.Second.Draw();
+  pair.First.Renderer->RemoveVolume(pair.First.Volume);
+  int alone = 0;
+  for (std::size_t i = 0; i < both.size(); i += 4)
+  {
+    const bool isFirst = first[i + 3] > 0;
+    const bool isSecond = second[i + 3] > 0;
+    for (std::size_t c = 0; c < 4 && isFirst != isSecond; ++c)
+    {
+      ASSERT_EQ(both[i + c], isFirst ? first[i + c] : second[i + c]);
+      ++alone;
+    }
+    // The opacity is that of both, whatever their order.
+    EXPECT_NEAR(1 - both[i + 3], (1 - first[i + 3]) * (1 - second[i + 3]), 1.0 / 255);
+  }
+  EXPECT_GT(alone, 400);
+}
+
+// Small atlases, shuffled arrivals and skipping change no bit; which port a volume has doesn't
+// matter but for rounding.
+TEST(MultiVolume, SameBits)
+{
+  Pair pair(48);
+  const std::vector<float> before = pair.Draw();
+  pair.Mapper()->SetMaximumNumberOfSlots(3);
+  pair.Mapper()->SetArrivalShuffleSeed(5);
+  EXPECT_TRUE(AreImagesIdentical(before, pair.Draw()));
+  EXPECT_TRUE(pair.Mapper()->IsConverged());
+  EXPECT_EQ(pair.Mapper()->GetNumberOfSlots(), 6u);
+  EXPECT_GT(pair.Mapper()->GetNumberOfEvictions(), 0u);
+  EXPECT_EQ(pair.Mapper()->CheckInvariants(), "");
+  pair.Mapper()->SetMaximumNumberOfSlots(0);
+  pair.Mapper()->EmptySpaceSkippingOff();
+  EXPECT_TRUE(AreImagesIdentical(before, pair.Draw()));
+  pair.Mapper()->EmptySpaceSkippingOn();
+  std::swap(pair.Images[0], pair.Images[1]);
+  pair.Connect(pair.Mapper(), pair.Images);
+  pair.Both->SetVolume(pair.Second.Volume, 0);
+  pair.Both->SetVolume(pair.First.Volume, 1);
+  EXPECT_LE(CompareImages(before, pair.Draw()).Max, 1e-5);
+}
+
+// Nothing is drawn again of an unchanged scene.
+TEST(MultiVolume, UnchangedScenesCostNothing)
+{
+  Pair pair(40);
+  const std::vector<float> before = pair.Draw();
+  EXPECT_GT(pair.Mapper()->GetNumberOfPasses(), 2u);
+  EXPECT_TRUE(AreImagesIdentical(before, pair.Draw()));
+  EXPECT_EQ(pair.Mapper()->GetNumberOfPasses(), 0u);
+  EXPECT_TRUE(pair.Mapper()->IsConverged());
+  pair.Second.Volume->SetPosition(3, -1, 4);
+  EXPECT_FALSE(AreImagesIdentical(before, pair.Draw()));
+}
+
+// Frames of little time become the converged picture, and say so not before.
+TEST(MultiVolume, InteractiveFramesConverge)
+{
+  Pair pair(40);
+  const std::vector<float> truth = pair.Draw();
+  pair.Second.Volume->SetPosition(2, -2, 4);
+  pair.Draw();
+  pair.Second.Volume->SetPosition(3, -2, 4);
+  pair.Mapper()->SetFrameTimeBudget(0.01);
+  int frames = 0;
+  std::vector<float> picture;
+  do
+  {
+    picture = pair.Draw();
+    EXPECT_TRUE(pair.Mapper()->IsConverged() || frames < 2000);
+    ++frames;
+  } while (!pair.Mapper()->IsConverged() && frames < 2001);
+  EXPECT_TRUE(AreImagesIdentical(truth, picture)) << frames;
+}
+
+// One budget for all: what the engines take together stays inside it, and a tiny one is an error.
+TEST(MultiVolume, BudgetsHold)
+{
+  Pair pair(40);
+  constexpr vtkTypeUInt64 budget = 24 << 20;
+  pair.Mapper()->SetGPUMemoryBudget(budget);
+  pair.Mapper()->SetHostMemoryBudget(16 << 20);
+  const std::vector<float> picture = pair.Draw();
+  EXPECT_TRUE(pair.Mapper()->IsConverged());
+  EXPECT_GT(LargestOpacity(picture), 0.5f);
+  EXPECT_LE(pair.Mapper()->GetPeakGPUMemoryUsed(), budget);
+  EXPECT_LE(pair.Mapper()->GetPeakHostMemoryUsed(), vtkTypeUInt64{ 16 << 20 });
+  vtkNew<MessageRecorder> messages;
+  pair.Mapper()->AddObserver(vtkCommand::ErrorEvent, messages);
+  pair.Mapper()->SetGPUMemoryBudget(1 << 16);
+  pair.Draw();
+  EXPECT_FALSE(pair.Mapper()->IsConverged());
+  EXPECT_EQ(messages->Messages.size(), 1u);
+  pair.Mapper()->SetGPUMemoryBudget(budget);
+  EXPECT_TRUE(AreImagesIdentical(picture, pair.Draw()));
+}
+
+// Rays end at opaque geometry, and at clipping planes, of both volumes.
+TEST(MultiVolume, GeometryAndClippingPlanes)
+{
+  Pair pair(40);
+  const double place[3] = { 20, 18, 22 };
+  const double normal[3] = { 0.2, 1, 0.1 };
+  vtkNew<vtkPlane> plane; // keeps what lies in front
+  plane->SetOrigin(place);
+  plane->SetNormal(-normal[0], -normal[1], -normal[2]);
+  pair.Mapper()->AddClippingPlane(plane);
+  const std::vector<float> clipped = pair.Draw();
+  pair.Mapper()->RemoveAllClippingPlanes();
+  EXPECT_GT(CompareImages(clipped, pair.Draw()).Max, 0.05);
+  vtkNew<vtkPlaneSource> source;
+  source->SetOrigin(-300, -300, 0);
+  source->SetPoint1(300, -300, 0);
+  source->SetPoint2(-300, 300, 0);
+  source->SetCenter(place[0], place[1], place[2]);
+  source->SetNormal(normal[0], normal[1], normal[2]);
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(source->GetOutputPort());
+  vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  pair.First.Renderer->AddActor(actor);
+  // The depth buffer tells the plane's place to a few thousandths of a voxel.
+  EXPECT_LE(CompareImages(clipped, pair.Draw()).Max, 2.0 / 255);
+  EXPECT_TRUE(pair.Mapper()->IsConverged());
+}
+
+// A pyramid without end beside an image: bricks of both are loaded as the view needs them.
+TEST(MultiVolume, PyramidBesideAnImage)
+{
+  Pair pair(40);
+  vtkNew<vtkProceduralVolumeSource> source;
+  source->SetFunctionName("shells");
+  source->SetDimensions(4096, 4096, 4096);
+  source->SetSpacing(0.01, 0.01, 0.01);
+  source->SetLevel(6);
+  pair.Mapper()->SetInputConnection(1, source->GetOutputPort());
+  pair.Second.SetTransfer(MakeTransfer(OpacityShape::Box));
+  pair.Mapper()->SetGPUMemoryBudget(64 << 20);
+  const std::vector<float> picture = pair.Draw();
+  EXPECT_TRUE(pair.Mapper()->IsConverged());
+  EXPECT_LT(pair.Mapper()->GetBytesRead(), vtkTypeUInt64{ 200 } << 20);
+  pair.Mapper()->SetMaximumNumberOfSlots(12);
+  EXPECT_TRUE(AreImagesIdentical(picture, pair.Draw()));
+  EXPECT_GT(pair.Mapper()->GetNumberOfEvictions(), 0u);
+}
+
+// Each volume shaded, and by a gradient opacity of its own, where its property says so.
+TEST(MultiVolume, PropertiesAreEachVolumesOwn)
+{
+  Pair pair(40);
+  const std::vector<float> plain = pair.Draw();
+  pair.Second.SetShade(true);
+  const std::vector<float> shaded = pair.Draw();
+  pair.Second.SetShade(false);
+  pair.First.SetGradientOpacity({ { 0, 0 }, { 20, 1 } });
+  const std::vector<float> gradient = pair.Draw();
+  // Where only one of them shows anything the other's settings change nothing.
+  pair.First.SetGradientOpacity({});
+  EXPECT_TRUE(AreImagesIdentical(plain, pair.Draw()));
+  EXPECT_GT(CompareImages(plain, shaded).Max, 0.02);
+  EXPECT_GT(CompareImages(plain, gradient).Max, 0.02);
+}
+
+// What doesn't work is said, once; nothing else warns.
+TEST(MultiVolume, WhatIsNotSupportedWarns)
+{
+  Pair pair(24);
+  vtkNew<MessageRecorder> messages;
+  pair.Mapper()->AddObserver(vtkCommand::WarningEvent, messages);
+  pair.Mapper()->AddObserver(vtkCommand::ErrorEvent, messages);
+  const std::vector<float> plain = pair.Draw();
+  EXPECT_TRUE(messages->Messages.empty()) << messages->Messages[0];
+  pair.Mapper()->SetBlendModeToMaximumIntensity();
+  EXPECT_TRUE(AreImagesIdentical(plain, pair.Draw()));
+  pair.Draw();
+  ASSERT_EQ(messages->Messages.size(), 1u);
+  EXPECT_NE(messages->Messages[0].find("BlendMode of vtkMultiVolume"), std::string::npos);
+  pair.Mapper()->SetBlendModeToComposite();
+  EXPECT_FALSE(pair.Mapper()->Pick(pair.First.Renderer, 12, 12));
+  EXPECT_EQ(messages->Messages.size(), 2u);
+  messages->Messages.clear();
+  pair.First.Renderer->SetUseDepthPeeling(1);
+  pair.First.Renderer->SetUseDepthPeelingForVolumes(true);
+  vtkNew<vtkPlaneSource> source;
+  source->SetCenter(20, 18, 22);
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(source->GetOutputPort());
+  vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetOpacity(0.5);
+  pair.First.Renderer->AddActor(actor);
+  pair.Draw();
+  ASSERT_EQ(messages->Messages.size(), 1u);
+  EXPECT_NE(messages->Messages[0].find("vtkMultiVolume"), std::string::npos);
+}

@@ -124,9 +124,9 @@ MixedRays::Options OptionsOf(const std::vector<VolumeMixer::Part>& parts, double
   return options;
 }
 
-// The stretches in front of opaque geometry, and from where to where there are any.
+// The stretches as far as rays run, and from where to where there are any.
 std::shared_ptr<const RayDepths> ToWindow(const std::vector<MixedRays::Stretch>& stretches,
-  const WindowDepth& window, const std::vector<float>& opaque, DepthRange& all)
+  const WindowDepth& window, const RayDepths& rays, DepthRange& all)
 {
   auto depths = std::make_shared<RayDepths>();
   depths->Begin.assign(stretches.size(), 1);
@@ -139,13 +139,14 @@ std::shared_ptr<const RayDepths> ToWindow(const std::vector<MixedRays::Stretch>&
     {
       continue;
     }
-    const float begin = stretch.Begin == MixedRays::FromNear ? 0.0f : window(stretch.Begin);
-    const float end = stretch.End == MixedRays::ToEnd ? 1.0f : window(stretch.End);
-    const float last = opaque.empty() ? end : std::min(end, opaque[i]);
-    if (begin < last)
+    float begin = stretch.Begin == MixedRays::FromNear ? 0.0f : window(stretch.Begin);
+    float end = stretch.End == MixedRays::ToEnd ? 1.0f : window(stretch.End);
+    begin = rays.Begin.empty() ? begin : std::max(begin, rays.Begin[i]);
+    end = rays.End.empty() ? end : std::min(end, rays.End[i]);
+    if (begin < end)
     {
       depths->Begin[i] = begin;
-      depths->End[i] = last;
+      depths->End[i] = end;
       all.Near = std::min(all.Near, stretch.Begin);
       all.Far = std::max(all.Far, stretch.End);
     }
@@ -178,15 +179,22 @@ Status VolumeMixer::Mix(View& view, std::vector<Part>& parts, const void* scratc
   MixedRays& rays = *view.Rays;
   const FrameRequest& first = parts[0].Request;
   const WindowDepth window(first.Camera.ClipFromView);
-  const std::vector<float> opaque =
-    first.UseDepth ? parts[0].Engine->ReadDepth(first.View) : std::vector<float>();
+  RayDepths runs;
+  if (first.Depths)
+  {
+    runs = *first.Depths;
+  }
+  else if (first.UseDepth)
+  {
+    runs.End = parts[0].Engine->ReadDepth(first.View);
+  }
   std::vector<DepthRange> ranges;
   std::transform(parts.begin(), parts.end(), std::back_inserter(ranges), DepthsOf);
   std::vector<std::vector<float>> drawn(parts.size());
   while (!rays.IsDone() && Now() < until)
   {
     DepthRange all;
-    const auto depths = ToWindow(rays.Next(), window, opaque, all);
+    const auto depths = ToWindow(rays.Next(), window, runs, all);
     for (std::size_t v = 0; v < parts.size(); ++v)
     {
       drawn[v].clear();
@@ -201,6 +209,7 @@ Status VolumeMixer::Mix(View& view, std::vector<Part>& parts, const void* scratc
       stretch.IsStretch = true;
       stretch.Continues = true;
       stretch.Tolerance /= 2;
+      stretch.TimeBudget = 0; // not looser in a hurry: the next frame goes on
       if (Status status = engine.Render(stretch); !status)
       {
         return status;
@@ -222,11 +231,12 @@ Status VolumeMixer::Mix(View& view, std::vector<Part>& parts, const void* scratc
 Status VolumeMixer::Render(std::vector<Part>& parts, const void* scratch)
 {
   const double began = Now();
-  this->Complete = false;
-  this->Rounds_ = 0;
   const FrameRequest& first = parts[0].Request;
+  const bool before = !first.Continues || this->Complete;
+  this->Rounds_ = first.Continues ? this->Rounds_ : 0;
+  this->Complete = false;
   View& view = this->Views[first.View];
-  bool same = view.Exact && view.Rays && view.Parts == parts.size();
+  bool same = view.Exact && view.Rays && view.Parts == parts.size() && !first.Depths;
   bool converged = true;
   bool over = false;
   // Half of it, as loose as the frame is.
@@ -257,7 +267,7 @@ Status VolumeMixer::Render(std::vector<Part>& parts, const void* scratch)
     view.Exact = converged;
     view.Rays.emplace(OptionsOf(parts, tolerance), whole);
   }
-  const std::uint64_t before = view.Rays->Rounds();
+  const std::uint64_t rounds = view.Rays->Rounds();
   if (!over)
   {
     const bool isTimed = !first.Converge && first.TimeBudget > 0;
@@ -269,8 +279,8 @@ Status VolumeMixer::Render(std::vector<Part>& parts, const void* scratch)
       return status;
     }
   }
-  this->Rounds_ = view.Rays->Rounds() - before;
-  this->Complete = view.Rays->IsDone() && view.Exact;
+  this->Rounds_ += view.Rays->Rounds() - rounds;
+  this->Complete = before && view.Rays->IsDone() && view.Exact;
   FrameRequest shown = ForMixing(parts[0]);
   shown.View = scratch;
   shown.IsStretch = true;

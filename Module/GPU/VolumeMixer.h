@@ -30,6 +30,7 @@ public:
   /// GL. Draws one frame; `scratch`: a view for the stretches, of the same size. Frames that aren't
   /// to converge end when their time is over, rays that aren't done then show their volumes as if
   /// each was spread over the whole ray; the next frame of an unchanged scene goes on with them.
+  /// Stretches of a frame (FrameRequest::IsStretch) are drawn as the engines draw them.
   /// Errors: those of VolumeEngine::Render; they leave the frame buffer untouched.
   Status Render(std::vector<Part>& parts, const void* scratch);
 

@@ -422,9 +422,13 @@ void DrawFromBegins(const NativeKernel& kernel, NativeScene scene, const std::ve
       {
         ++next;
       }
-      own[0] = begin > 0 ? -((v[0] + v[1] * begin) / (v[2] + v[3] * begin))
-                         : std::numeric_limits<float>::max();
-      DrawPart(kernel, scene, { x, y, next, y + 1 }, report, samples);
+      // Nothing is seen of a ray that begins at the far plane.
+      if (begin < 1)
+      {
+        own[0] = begin > 0 ? -((v[0] + v[1] * begin) / (v[2] + v[3] * begin))
+                           : std::numeric_limits<float>::max();
+        DrawPart(kernel, scene, { x, y, next, y + 1 }, report, samples);
+      }
       x = next;
     }
   }

@@ -232,7 +232,7 @@ vtkDualDepthPeelingPass* DepthPeeling::PassOf(vtkProp* prop)
   return nullptr;
 }
 
-Status DepthPeeling::Draw(VolumeEngine& engine, FrameRequest& request,
+Status DepthPeeling::Draw(const StretchPainter& painter, FrameRequest& request,
   vtkDualDepthPeelingPass* pass, vtkAbstractMapper* mapper, vtkVolume* volume,
   vtkOpenGLRenderWindow* window)
 {
@@ -252,7 +252,7 @@ Status DepthPeeling::Draw(VolumeEngine& engine, FrameRequest& request,
   stretch.ErrorEstimate = false;
   stretch.ShowFrames = false;
   stretch.HitOpacity = std::nullopt;
-  Result<GLuint> texture = engine.PrepareStretch(stretch);
+  Result<GLuint> texture = painter.Prepare(stretch);
   if (!texture)
   {
     return texture.GetStatus();
@@ -276,7 +276,7 @@ Status DepthPeeling::Draw(VolumeEngine& engine, FrameRequest& request,
   if (request.HitOpacity)
   {
     // Pictures for RenderToImage() are of whole rays, and aren't shown.
-    return isKnown ? Status() : engine.Render(request);
+    return isKnown ? Status() : painter.Render(request);
   }
   std::array<GLuint, 2> colors{ 0, 0 };
   for (std::size_t s = 0; s < 2; ++s)
@@ -287,11 +287,11 @@ Status DepthPeeling::Draw(VolumeEngine& engine, FrameRequest& request,
     }
     stretch.Depths = asked.Value()[s];
     stretch.Continues = std::exchange(this->Begun, true);
-    if (Status status = engine.Render(stretch); !status)
+    if (Status status = painter.Render(stretch); !status)
     {
       return status;
     }
-    colors[s] = engine.StretchColors(request.View, s == 0 && asked.Value()[1] != nullptr);
+    colors[s] = painter.Colors(s == 0 && asked.Value()[1] != nullptr);
   }
   return colors[0] != 0 || colors[1] != 0
     ? Give(texts.Value(), colors, request, pass, mapper, volume, window)

@@ -4,6 +4,7 @@
 
 #include "VolumeEngine.h"
 
+#include <functional>
 #include <memory>
 
 class vtkAbstractMapper;
@@ -14,6 +15,22 @@ class vtkVolume;
 
 namespace teravox
 {
+
+/// What draws stretches of rays: one engine, or several together.
+struct StretchPainter
+{
+  /// See VolumeEngine::PrepareStretch(), Render() and, of the view that was drawn, StretchColors().
+  std::function<Result<GLuint>(const FrameRequest&)> Prepare;
+  std::function<Status(const FrameRequest&)> Render;
+  std::function<GLuint(bool keep)> Colors;
+
+  static StretchPainter Of(VolumeEngine& engine, const void* view)
+  {
+    return { [&engine](const FrameRequest& request) { return engine.PrepareStretch(request); },
+      [&engine](const FrameRequest& request) { return engine.Render(request); },
+      [&engine, view](bool keep) { return engine.StretchColors(view, keep); } };
+  }
+};
 
 /// A volume between translucent geometry. vtkDualDepthPeelingPass renders volumes once before its
 /// first peel and once with each: what lies in front of the foremost geometry and behind the
@@ -30,7 +47,7 @@ public:
   /// Draws what the pass wants now, into the targets that it has bound. `request`: of the picture
   /// without peels; gets the depth where rays end, for who asks for the whole rays afterwards.
   /// Errors: those of VolumeEngine::Render, Unsupported (the pass's text can't be compiled).
-  Status Draw(VolumeEngine& engine, FrameRequest& request, vtkDualDepthPeelingPass* pass,
+  Status Draw(const StretchPainter& painter, FrameRequest& request, vtkDualDepthPeelingPass* pass,
     vtkAbstractMapper* mapper, vtkVolume* volume, vtkOpenGLRenderWindow* window);
 
   /// Whether that was the first of the stretches of a frame.

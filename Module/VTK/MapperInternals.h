@@ -159,6 +159,9 @@ public:
   static std::shared_ptr<teravox::BrickSource> ScalarsOf(vtkOutOfCoreVolumeMapper* mapper,
     teravox::MapperVolume& part, vtkVolumeProperty* property,
     const std::shared_ptr<teravox::BrickSource>& source);
+  bool IsDrawn(vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, const teravox::Status& status,
+    bool timedOut);
+  void EndDrawing(vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, bool isPeeling, double began);
   void KeepVolumes(const std::set<int>& ports);
   // Everything about a volume that isn't drawing it. `volume`: place and property; `prop`: what the
   // renderer has. Nothing, after an error, if there is nothing to draw.
@@ -187,12 +190,13 @@ public:
   void ChooseHidden(
     teravox::FrameRequest& request, const std::shared_ptr<teravox::BrickSource>& source);
 
-  // Each eye has a view of its own: both pictures stay. So have stretches of several volumes.
-  static const void* ViewOf(vtkRenderer* ren, bool rightEye, bool stretches = false)
+  // Each eye has a view of its own: both pictures stay.
+  static const void* ViewOf(vtkRenderer* ren, bool rightEye)
   {
-    return static_cast<const char*>(static_cast<const void*>(ren)) + (rightEye ? 1 : 0) +
-      (stretches ? 2 : 0);
+    return static_cast<const char*>(static_cast<const void*>(ren)) + (rightEye ? 1 : 0);
   }
+  // So have stretches of several volumes.
+  static const void* ScratchOf(const void* view) { return static_cast<const char*>(view) + 2; }
 
   // Forgets what belongs to renderers that the window doesn't have any more.
   void KeepRenderers(vtkRenderWindow* window, vtkRenderer* drawing);

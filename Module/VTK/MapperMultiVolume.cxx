@@ -11,30 +11,15 @@
 #include "vtkVolume.h"
 
 #include <array>
-#include <chrono>
 #include <memory>
 #include <optional>
 #include <vector>
-
-namespace
-{
-double Now()
-{
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-} // namespace
 
 void vtkOutOfCoreVolumeMapper::vtkInternals::RenderTogether(
   vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, vtkMultiVolume* volumes, double began)
 {
   vtkHardwareSelector* selector = ren->GetSelector();
-  if (!selector && teravox::DepthPeeling::PassOf(volumes))
-  {
-    this->Fail(mapper,
-      "vtkMultiVolume can't be drawn between translucent geometry (UseDepthPeelingForVolumes), and "
-      "isn't drawn.");
-    return;
-  }
+  vtkDualDepthPeelingPass* peeling = selector ? nullptr : teravox::DepthPeeling::PassOf(volumes);
   // A port counts if it has an input and a visible volume.
   std::set<int> ports;
   for (const int port : mapper->Ports)
@@ -101,9 +86,36 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::RenderTogether(
     request.Final.PropColor = color;
   }
   request.Show = true;
-  const void* scratch = static_cast<const char*>(request.View) + 2;
-  const teravox::Status status =
-    others.empty() ? this->Engine.Render(request) : this->Mixer.Render(parts, scratch);
+  // Where the colours of all are, in the first one's engine.
+  const void* shown = others.empty() ? request.View : ScratchOf(request.View);
+  teravox::Status status;
+  const auto render = [&](const teravox::FrameRequest& how)
+  {
+    for (teravox::VolumeMixer::Part& part : parts)
+    {
+      part.Request.Show = how.Show;
+      part.Request.Depths = how.Depths;
+      part.Request.IsStretch = how.IsStretch;
+      part.Request.Continues = how.Continues;
+    }
+    return others.empty() ? this->Engine.Render(parts[0].Request)
+                          : this->Mixer.Render(parts, shown);
+  };
+  if (peeling)
+  {
+    const teravox::StretchPainter painter{ [&](const teravox::FrameRequest& how)
+      {
+        teravox::FrameRequest stretch = how;
+        stretch.View = shown;
+        return this->Engine.PrepareStretch(stretch);
+      },
+      render, [&](bool keep) { return this->Engine.StretchColors(shown, keep); } };
+    status = this->Peeling.Draw(painter, request, peeling, mapper, volumes, this->Window);
+  }
+  else
+  {
+    status = render(request);
+  }
   if (selector)
   {
     selector->EndRenderProp();
@@ -117,22 +129,8 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::RenderTogether(
     this->ReportFailures(mapper, *parts[v].Engine, names[v]);
     timedOut = timedOut || parts[v].Engine->LastFrame().TimedOut;
   }
-  if (!status)
+  if (this->IsDrawn(mapper, ren, status, timedOut))
   {
-    this->Fail(mapper, status.Message());
-    return;
+    this->EndDrawing(mapper, ren, peeling != nullptr, began);
   }
-  this->LastError.clear();
-  if (selector)
-  {
-    return;
-  }
-  if (timedOut)
-  {
-    vtkWarningWithObjectMacro(mapper,
-      << "The picture isn't complete: for " << mapper->ConvergeTimeout << " s no brick has come.");
-  }
-  mapper->TimeToDraw = Now() - began;
-  this->FinishFrame(mapper);
-  mapper->InvokeEvent(vtkCommand::VolumeMapperRenderEndEvent, nullptr);
 }

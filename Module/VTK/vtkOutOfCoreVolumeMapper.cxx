@@ -870,12 +870,11 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::KeepRenderers(
   std::set<const void*> views;
   const auto keep = [&views](vtkRenderer* ren, bool stereo)
   {
-    for (const bool stretches : { false, true })
+    for (const bool rightEye : { false, true })
     {
-      views.insert(ViewOf(ren, false, stretches));
-      if (stereo)
+      if (stereo || !rightEye)
       {
-        views.insert(ViewOf(ren, true, stretches));
+        views.insert({ ViewOf(ren, rightEye), ScratchOf(ViewOf(ren, rightEye)) });
       }
     }
   };
@@ -1254,7 +1253,8 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
     }
   }
   const teravox::Status status = peeling
-    ? in.Peeling.Draw(in.Engine, request, peeling, this, vol, window)
+    ? in.Peeling.Draw(
+        teravox::StretchPainter::Of(in.Engine, request.View), request, peeling, this, vol, window)
     : in.Engine.Render(request);
   if (peeling)
   {
@@ -1270,36 +1270,48 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   in.LastRenderer = ren;
   in.Shown_[ren] = { request, in.FunctionVersion, drawn.Source, frame->Components };
   in.ReportFailures(this, in.Engine, drawn.Source->Info().Name);
+  if (in.IsDrawn(this, ren, status, in.Engine.LastFrame().TimedOut))
+  {
+    in.EndDrawing(this, ren, peeling != nullptr, began);
+  }
+}
+
+// What became of a frame, or of a part of it; whether there is more to say of it.
+bool vtkOutOfCoreVolumeMapper::vtkInternals::IsDrawn(
+  vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, const teravox::Status& status, bool timedOut)
+{
   if (!status)
   {
-    in.Fail(this, status.Message());
-    return;
+    this->Fail(mapper, status.Message());
+    return false;
   }
-  in.LastError.clear();
-  if (selector)
+  this->LastError.clear();
+  if (timedOut && !ren->GetSelector())
   {
-    return;
+    vtkWarningWithObjectMacro(mapper,
+      << "The picture isn't complete: for " << mapper->ConvergeTimeout << " s no brick has come.");
   }
-  if (in.Engine.LastFrame().TimedOut)
+  return !ren->GetSelector();
+}
+
+void vtkOutOfCoreVolumeMapper::vtkInternals::EndDrawing(
+  vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, bool isPeeling, double began)
+{
+  mapper->TimeToDraw = Now() - began;
+  if (!isPeeling)
   {
-    vtkWarningMacro(
-      "The picture isn't complete: for " << this->ConvergeTimeout << " s no brick has come.");
+    this->FinishFrame(mapper);
   }
-  this->TimeToDraw = Now() - began;
-  if (!peeling)
+  else if (this->Peeling.IsFirst() && this->FrameOf != ren)
   {
-    in.FinishFrame(this);
-  }
-  else if (in.Peeling.IsFirst() && in.FrameOf != ren)
-  {
-    if (in.FrameOf)
+    if (this->FrameOf)
     {
-      in.FrameOf->RemoveObserver(in.FrameTag);
+      this->FrameOf->RemoveObserver(this->FrameTag);
     }
-    in.FrameOf = ren;
-    in.FrameTag = ren->AddObserver(vtkCommand::EndEvent, in.FrameEnds);
+    this->FrameOf = ren;
+    this->FrameTag = ren->AddObserver(vtkCommand::EndEvent, this->FrameEnds);
   }
-  this->InvokeEvent(vtkCommand::VolumeMapperRenderEndEvent, nullptr);
+  mapper->InvokeEvent(vtkCommand::VolumeMapperRenderEndEvent, nullptr);
 }
 
 // Tells who waits for it how complete the picture is.

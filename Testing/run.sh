@@ -102,10 +102,12 @@ if [ "$quick" = no ]; then
   # Kernels for AVX2 share data between threads just as the others do, and take minutes to compile.
   # What is left out has one thread.
   single='AtlasPlan|BlockSplit|BrickKey|BrickTexels|Components|Downsampling|Formula|PageTable|PageTableWalk'
-  single="$single|PyramidLayout|RequestQueue|Residency|TexelFormat|TransferPlane|TransferTable|Types"
+  single="$single|PyramidLayout|RequestQueue|Residency|TexelFormat|TransferPlane|TransferTable|Types|MixedRays"
+  # Of the kernels, which OpenMP runs, all but the one that the standard library's threads run.
+  single="$single|NativeEdges|NativeGradient|NativeLabels|NativeMask|NativePlane|NativeRandom"
   OMP_NUM_THREADS=1 stage "Thread sanitizer" \
     sanitized_tests thread "$build/tsan" OFF "^(core|native|source)$" \
-    "^(Layouts/)?($single)\." \
+    "^(Layouts/)?($single)\.|^NativeSameBits\.([^T]|T[^h])" \
     TestCore TestNative TestPyramids TestSource WritePyramidSamples
 fi
 

@@ -305,6 +305,26 @@ std::array<double, 2> ClipDepth(const Matrix4& clipFromView, const Double3& p)
 }
 } // namespace
 
+DepthRange ViewDepthsOf(const ViewInput& camera, const Int3& voxels)
+{
+  const Matrix4 viewFromVoxel = MultiplyMatrices(
+    camera.ViewFromWorld, MultiplyMatrices(camera.WorldFromDataset, camera.DatasetFromVoxel));
+  DepthRange range{ std::numeric_limits<double>::infinity(),
+    -std::numeric_limits<double>::infinity() };
+  for (int corner = 0; corner < 8; ++corner)
+  {
+    Double3 p{};
+    for (std::size_t a = 0; a < 3; ++a)
+    {
+      p[a] = (corner >> a & 1) != 0 ? static_cast<double>(voxels[a]) : 0.0;
+    }
+    const double depth = -ApplyToPoint(viewFromVoxel, p)[2];
+    range.Near = std::min(range.Near, depth);
+    range.Far = std::max(range.Far, depth);
+  }
+  return range;
+}
+
 double ViewGeometry::WindowOfDepth(const ViewInput& camera, double x, double y, double depth) const
 {
   const auto [z, w] = ClipDepth(camera.ClipFromView, this->PointInView(x, y, depth));

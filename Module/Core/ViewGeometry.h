@@ -46,6 +46,15 @@ struct ViewInput
   std::optional<VoxelBox> Block;
 };
 
+/// View depths between which something may be; negative ones are behind the eye.
+struct DepthRange
+{
+  double Near = 0;
+  double Far = 0;
+};
+/// Of a volume of so many voxels.
+DepthRange ViewDepthsOf(const ViewInput& camera, const Int3& voxels);
+
 /// The depths at which lambda changes: Start[l] is the least view depth at which level l is coarse
 /// enough to be allowed (-infinity for the minimum level, +infinity for levels that never are).
 /// DESIGN: the coarsest level whose voxel edge is at most a pixel's width on every axis that this

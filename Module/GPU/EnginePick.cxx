@@ -3,10 +3,12 @@
 #include "GLStateGuard.h"
 #include "VolumeEngine.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <utility>
 
 namespace teravox
@@ -58,13 +60,9 @@ double VolumeEngine::OpaqueDepth(const FrameRequest& request, int x, int y) cons
   return g.DepthOrigin + g.DepthOfWindow(request.Camera, x + 0.5, y + 0.5, depth);
 }
 
-Result<FirstHits> VolumeEngine::DrawOneRay(
-  const FrameRequest& request, int x, int y, double opacity)
+// The picture of one pixel of another's; it ends where that one's rays ended at opaque geometry.
+FrameRequest VolumeEngine::RayOf(const FrameRequest& request, int x, int y) const
 {
-  if (!this->Source_)
-  {
-    return Status(StatusCode::InvalidArgument, "There is no brick source to draw.");
-  }
   FrameRequest ray = request;
   {
     const GLStateGuard guard;
@@ -81,7 +79,31 @@ Result<FirstHits> VolumeEngine::DrawOneRay(
     ray.SliceDepths =
       std::make_shared<const std::vector<double>>(1, request.SliceDepths->at(pixel));
   }
-  return this->DrawAside(std::move(ray), opacity);
+  return ray;
+}
+
+Result<FirstHits> VolumeEngine::DrawOneRay(
+  const FrameRequest& request, int x, int y, double opacity)
+{
+  if (!this->Source_)
+  {
+    return Status(StatusCode::InvalidArgument, "There is no brick source to draw.");
+  }
+  return this->DrawAside(this->RayOf(request, x, y), opacity);
+}
+
+Result<double> VolumeEngine::OpacityOfRay(
+  const FrameRequest& request, int x, int y, double endDepth)
+{
+  if (!this->Source_)
+  {
+    return Status(StatusCode::InvalidArgument, "There is no brick source to draw.");
+  }
+  FrameRequest ray = this->RayOf(request, x, y);
+  ray.EndDepth = std::min(ray.EndDepth, endDepth);
+  std::vector<float> colors;
+  const Result<FirstHits> drawn = this->DrawAside(std::move(ray), std::nullopt, &colors);
+  return !drawn ? Result<double>(drawn.GetStatus()) : static_cast<double>(colors.at(3));
 }
 
 Result<FirstHits> VolumeEngine::DrawHits(const FrameRequest& request, double opacity)
@@ -89,7 +111,8 @@ Result<FirstHits> VolumeEngine::DrawHits(const FrameRequest& request, double opa
   return this->DrawAside(request, opacity);
 }
 
-Result<FirstHits> VolumeEngine::DrawAside(FrameRequest request, double opacity)
+Result<FirstHits> VolumeEngine::DrawAside(
+  FrameRequest request, std::optional<double> opacity, std::vector<float>* colors)
 {
   request.View = &this->Aside;
   request.HitOpacity = opacity;
@@ -112,9 +135,15 @@ Result<FirstHits> VolumeEngine::DrawAside(FrameRequest request, double opacity)
   Feedback unanswered = std::exchange(this->Unanswered, {});
   const Status status = this->Render(request);
   std::optional<FirstHits> hits;
-  if (status)
+  if (status && opacity)
   {
     hits = this->ReadFirstHits(request.View);
+  }
+  if (status && colors != nullptr)
+  {
+    int width = 0;
+    int height = 0;
+    *colors = this->ReadColors(request.View, width, height);
   }
   this->Views.erase(request.View);
   this->Frame = frame;

@@ -869,6 +869,12 @@ Status VolumeEngine::Draw(const FrameRequest& request)
   geometry.Value().Intervals.HasDepth = request.UseDepth || request.Depths || !hidden.empty();
   geometry.Value().Intervals.Far = std::min(geometry.Value().Intervals.Far,
     static_cast<float>(request.EndDepth - geometry.Value().DepthOrigin));
+  std::array<int, 4>& rectangle = geometry.Value().Intervals.Rectangle;
+  for (std::size_t a = 0; a < 2; ++a)
+  {
+    rectangle[a] = std::max(rectangle[a], request.Rectangle[a]);
+    rectangle[2 + a] = std::min(rectangle[2 + a], request.Rectangle[2 + a]);
+  }
   view->Geometry = request.HitOpacity ? std::make_shared<ViewGeometry>(geometry.Value()) : nullptr;
   const LatticeLimits limits = LatticeLimitsOf(request.Tolerance, this->Looseness);
   const ShaderVariant variant = this->VariantOf(request, this->Atlas->Format());

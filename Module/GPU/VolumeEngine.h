@@ -72,6 +72,9 @@ struct FrameRequest
   double EndDepth = std::numeric_limits<double>::infinity(); ///< view depth where rays end, too
   bool UseDepth = true; ///< rays end at the frame buffer's depth; else nothing reads it
   std::shared_ptr<const RayDepths> Depths; ///< instead of the frame buffer's depth
+  /// No rays outside of these pixels: left, bottom, right, top, the last two exclusive.
+  std::array<int, 4> Rectangle{ 0, 0, std::numeric_limits<int>::max(),
+    std::numeric_limits<int>::max() };
   /// Of a block, see OpacityInFront(): rays of tiles that it hides aren't cast. Suspected alone:
   /// the picture isn't converged where there are any. Confirmed as well: what both say is hidden.
   /// In blend modes that add up opacity.
@@ -201,6 +204,8 @@ public:
   /// was drawn for; it ends where that one's rays ended at opaque geometry. Converges; leaves
   /// pictures and statistics of frames as they are.
   Result<FirstHits> DrawOneRay(const FrameRequest& request, int x, int y, double opacity);
+  /// GL. The opacity of that ray up to a view depth; else as DrawOneRay().
+  Result<double> OpacityOfRay(const FrameRequest& request, int x, int y, double endDepth);
   /// GL. Of all rays of a picture; else as DrawOneRay().
   Result<FirstHits> DrawHits(const FrameRequest& request, double opacity);
   /// GL. Puts pixels (RGBA, rows from the bottom) of a picture into the frame buffer of its
@@ -312,7 +317,9 @@ private:
   float LargestExtinction() const;
   Status PrepareTables(const FrameRequest& request);
   double OpaqueDepth(const FrameRequest& request, int x, int y) const;
-  Result<FirstHits> DrawAside(FrameRequest request, double opacity);
+  FrameRequest RayOf(const FrameRequest& request, int x, int y) const;
+  Result<FirstHits> DrawAside(
+    FrameRequest request, std::optional<double> opacity, std::vector<float>* colors = nullptr);
   std::uint64_t FixedBytes(const ViewState* except, int width, int height) const;
 
   GPUMemory Memory_; // outlives everything that reports to it

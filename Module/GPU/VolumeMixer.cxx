@@ -3,6 +3,7 @@
 #include "VolumeMixer.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <iterator>
@@ -19,13 +20,6 @@ double Now()
 {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
-
-// View depths along which there may be something.
-struct DepthRange
-{
-  double Near = 0;
-  double Far = 0;
-};
 
 // The depth buffer's depth of view depths, which every projection of VTK's makes of them alone.
 class WindowDepth
@@ -59,23 +53,7 @@ private:
 
 DepthRange DepthsOf(const VolumeMixer::Part& part)
 {
-  const ViewInput& camera = part.Request.Camera;
-  const Matrix4 viewFromVoxel = MultiplyMatrices(
-    camera.ViewFromWorld, MultiplyMatrices(camera.WorldFromDataset, camera.DatasetFromVoxel));
-  DepthRange range{ std::numeric_limits<double>::infinity(),
-    -std::numeric_limits<double>::infinity() };
-  for (int corner = 0; corner < 8; ++corner)
-  {
-    Double3 p{};
-    for (std::size_t a = 0; a < 3; ++a)
-    {
-      p[a] = (corner >> a & 1) != 0 ? static_cast<double>(part.Voxels[a]) : 0.0;
-    }
-    const double depth = -ApplyToPoint(viewFromVoxel, p)[2];
-    range.Near = std::min(range.Near, depth);
-    range.Far = std::max(range.Far, depth);
-  }
-  return range;
+  return ViewDepthsOf(part.Request.Camera, part.Voxels);
 }
 
 double ShortestEdge(const VolumeMixer::Part& part)
@@ -124,14 +102,22 @@ MixedRays::Options OptionsOf(const std::vector<VolumeMixer::Part>& parts, double
   return options;
 }
 
-// The stretches as far as rays run, and from where to where there are any.
+// Where there are stretches: in view depth and in the picture.
+struct Region
+{
+  DepthRange Depths{ std::numeric_limits<double>::infinity(),
+    -std::numeric_limits<double>::infinity() };
+  std::array<int, 4> Pixels{ std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), 0,
+    0 };
+};
+
+// The stretches as far as rays run.
 std::shared_ptr<const RayDepths> ToWindow(const std::vector<MixedRays::Stretch>& stretches,
-  const WindowDepth& window, const RayDepths& rays, DepthRange& all)
+  const WindowDepth& window, const RayDepths& rays, int width, Region& region)
 {
   auto depths = std::make_shared<RayDepths>();
   depths->Begin.assign(stretches.size(), 1);
   depths->End.assign(stretches.size(), 0);
-  all = { std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity() };
   for (std::size_t i = 0; i < stretches.size(); ++i)
   {
     const MixedRays::Stretch& stretch = stretches[i];
@@ -147,8 +133,12 @@ std::shared_ptr<const RayDepths> ToWindow(const std::vector<MixedRays::Stretch>&
     {
       depths->Begin[i] = begin;
       depths->End[i] = end;
-      all.Near = std::min(all.Near, stretch.Begin);
-      all.Far = std::max(all.Far, stretch.End);
+      region.Depths.Near = std::min(region.Depths.Near, stretch.Begin);
+      region.Depths.Far = std::max(region.Depths.Far, stretch.End);
+      const int x = static_cast<int>(i % static_cast<std::size_t>(width));
+      const int y = static_cast<int>(i / static_cast<std::size_t>(width));
+      std::array<int, 4>& p = region.Pixels;
+      p = { std::min(p[0], x), std::min(p[1], y), std::max(p[2], x + 1), std::max(p[3], y + 1) };
     }
   }
   return depths;
@@ -193,12 +183,12 @@ Status VolumeMixer::Mix(View& view, std::vector<Part>& parts, const void* scratc
   std::vector<std::vector<float>> drawn(parts.size());
   while (!rays.IsDone() && Now() < until)
   {
-    DepthRange all;
-    const auto depths = ToWindow(rays.Next(), window, runs, all);
+    Region region;
+    const auto depths = ToWindow(rays.Next(), window, runs, view.Width, region);
     for (std::size_t v = 0; v < parts.size(); ++v)
     {
       drawn[v].clear();
-      if (!(all.Near < ranges[v].Far && all.Far > ranges[v].Near))
+      if (!(region.Depths.Near < ranges[v].Far && region.Depths.Far > ranges[v].Near))
       {
         continue;
       }
@@ -206,6 +196,7 @@ Status VolumeMixer::Mix(View& view, std::vector<Part>& parts, const void* scratc
       FrameRequest stretch = ForMixing(parts[v]);
       stretch.View = scratch;
       stretch.Depths = depths;
+      stretch.Rectangle = region.Pixels;
       stretch.IsStretch = true;
       stretch.Continues = true;
       stretch.Tolerance /= 2;

@@ -10,6 +10,7 @@
 #include "SliceDepths.h"
 #include "VolumeEngine.h"
 #include "VolumeMixer.h"
+#include "VolumePick.h"
 #include "vtkBrickSource.h"
 #include "vtkCallbackCommand.h"
 #include "vtkNew.h"
@@ -181,6 +182,17 @@ public:
     int Components = 1;
   };
   std::map<const void*, Shown> Shown_;
+
+  // Likewise of several volumes; the others' are in Others.
+  struct ShownTogether
+  {
+    const teravox::MapperVolume* Volume = nullptr;
+    std::uint64_t FunctionVersion = 0;
+    teravox::PickPart Part;
+  };
+  std::map<const void*, std::vector<ShownTogether>> Together;
+  // What was drawn last in a renderer, if that is still the same volumes with the same functions.
+  std::vector<teravox::PickPart> Pickable(vtkRenderer* renderer) const;
 
   // What blocks in front of the drawn one hide; confirmed for what was drawn last then.
   using Tiles = std::shared_ptr<const std::vector<float>>;

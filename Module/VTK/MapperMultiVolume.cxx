@@ -61,6 +61,7 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::RenderTogether(
 
   std::vector<teravox::VolumeMixer::Part> parts;
   std::vector<std::string> names;
+  std::vector<ShownTogether> shownParts;
   for (const int port : ports)
   {
     teravox::MapperVolume& own =
@@ -76,6 +77,8 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::RenderTogether(
     parts.push_back(
       { &own.Engine, frame->Request, frame->Drawn.Source->Info().Layout.Dimensions(0) });
     names.push_back(frame->Drawn.Source->Info().Name);
+    shownParts.push_back(
+      { &own, own.FunctionVersion, { &own.Engine, frame->Request, frame->Drawn.Source } });
   }
   teravox::FrameRequest& request = parts[0].Request;
   if (selector)
@@ -122,7 +125,18 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::RenderTogether(
   }
   this->LastView = request.View;
   this->LastRenderer = ren;
-  this->Shown_.erase(ren); // there is nothing to pick of several volumes
+  this->Shown_.erase(ren);
+  if (peeling)
+  {
+    // As without it: rays end at opaque geometry, and the picture lies where the viewport does.
+    for (ShownTogether& one : shownParts)
+    {
+      one.Part.Request.Depths = request.Depths;
+      one.Part.Request.X = origin[0];
+      one.Part.Request.Y = origin[1];
+    }
+  }
+  this->Together[ren] = shownParts;
   bool timedOut = false;
   for (std::size_t v = 0; v < parts.size(); ++v)
   {

@@ -5,7 +5,9 @@
 #include "BrickSource.h"
 #include "VolumeEngine.h"
 
+#include <memory>
 #include <optional>
+#include <vector>
 
 namespace teravox
 {
@@ -26,6 +28,19 @@ struct VolumePick
 /// Errors: those of drawing; a brick that can't be read.
 Result<std::optional<VolumePick>> PickVolume(VolumeEngine& engine, const FrameRequest& request,
   BrickSource& source, int x, int y, double opacity);
+
+/// One of several volumes that are drawn together.
+struct PickPart
+{
+  VolumeEngine* Engine = nullptr;
+  FrameRequest Request;
+  std::shared_ptr<BrickSource> Source;
+};
+/// The same of several volumes in one picture: where their opacity together passes the threshold.
+/// Level and value are of the one that adds most to it just before, which is drawn there, voxel and
+/// value are that volume's. By bisection, to a millionth of the depth of all of them.
+Result<std::optional<VolumePick>> PickTogether(
+  const std::vector<PickPart>& parts, int x, int y, double opacity);
 
 /// The value of level 0 at a place, as above; outside that of the nearest place inside. NaN where
 /// voxels that count are NaN.

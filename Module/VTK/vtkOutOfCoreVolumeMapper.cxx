@@ -449,6 +449,7 @@ void vtkOutOfCoreVolumeMapper::ReleaseGraphicsResources(vtkWindow* window)
   in.LastView = nullptr;
   in.LastRenderer = nullptr;
   in.Shown_.clear();
+  in.Together.clear();
 }
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetEffectiveGPUMemoryBudget()
@@ -891,6 +892,10 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::KeepRenderers(
   {
     at = views.count(at->first) != 0 ? std::next(at) : this->Shown_.erase(at);
   }
+  for (auto at = this->Together.begin(); at != this->Together.end();)
+  {
+    at = views.count(at->first) != 0 ? std::next(at) : this->Together.erase(at);
+  }
 }
 
 // Of volumes beside the first, those of these ports.
@@ -909,6 +914,7 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::KeepVolumes(const std::set<int>& po
       at->second->Engine.ReleaseGraphics();
     }
     at = this->Others.erase(at);
+    this->Together.clear();
   }
   if (this->Others.empty())
   {
@@ -1268,6 +1274,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   }
   in.LastView = request.View;
   in.LastRenderer = ren;
+  in.Together.erase(ren);
   in.Shown_[ren] = { request, in.FunctionVersion, drawn.Source, frame->Components };
   in.ReportFailures(this, in.Engine, drawn.Source->Info().Name);
   if (in.IsDrawn(this, ren, status, in.Engine.LastFrame().TimedOut))
@@ -1749,18 +1756,44 @@ bool vtkOutOfCoreVolumeMapper::GetErrorEstimateImage(vtkImageData* image)
   return SetPixels(image, errors, width, height);
 }
 
+std::vector<teravox::PickPart> vtkOutOfCoreVolumeMapper::vtkInternals::Pickable(
+  vtkRenderer* renderer) const
+{
+  std::vector<teravox::PickPart> parts;
+  const auto shown = this->Shown_.find(renderer);
+  if (shown != this->Shown_.end() && shown->second.FunctionVersion == this->FunctionVersion &&
+    shown->second.Source == this->Timed)
+  {
+    parts.push_back({ const_cast<teravox::VolumeEngine*>(&this->Engine), shown->second.Request,
+      shown->second.Source });
+  }
+  const auto together = this->Together.find(renderer);
+  if (together != this->Together.end())
+  {
+    for (const ShownTogether& one : together->second)
+    {
+      if (one.FunctionVersion != one.Volume->FunctionVersion ||
+        one.Part.Source != one.Volume->Timed)
+      {
+        return {};
+      }
+      parts.push_back(one.Part);
+    }
+  }
+  return parts;
+}
+
 bool vtkOutOfCoreVolumeMapper::Pick(
   vtkRenderer* renderer, double displayX, double displayY, double opacity)
 {
   vtkInternals& in = *this->Internals;
-  const auto shown = in.Shown_.find(renderer);
-  if (!in.Window || shown == in.Shown_.end() ||
-    shown->second.FunctionVersion != in.FunctionVersion || shown->second.Source != in.Timed)
+  const std::vector<teravox::PickPart> parts = in.Pickable(renderer);
+  if (!in.Window || parts.empty())
   {
     vtkWarningMacro("There is nothing to pick: this mapper has to have drawn in the renderer.");
     return false;
   }
-  const teravox::FrameRequest& request = shown->second.Request;
+  const teravox::FrameRequest& request = parts[0].Request;
   const int x = static_cast<int>(std::floor(displayX)) - request.X;
   const int y = static_cast<int>(std::floor(displayY)) - request.Y;
   if (x < 0 || y < 0 || x >= request.Camera.Width || y >= request.Camera.Height)
@@ -1769,8 +1802,10 @@ bool vtkOutOfCoreVolumeMapper::Pick(
   }
   in.Window->MakeCurrent();
   in.Window->GetShaderCache()->ReleaseCurrentShader();
-  const auto picked = teravox::PickVolume(
-    in.Engine, request, *shown->second.Source, x, y, std::clamp(opacity, 0.0, 1.0));
+  const double threshold = std::clamp(opacity, 0.0, 1.0);
+  const auto picked = parts.size() == 1
+    ? teravox::PickVolume(*parts[0].Engine, request, *parts[0].Source, x, y, threshold)
+    : teravox::PickTogether(parts, x, y, threshold);
   if (!picked)
   {
     vtkErrorMacro(<< picked.GetStatus().Message());

@@ -330,7 +330,7 @@ TEST_P(ErrorEstimate, HoldsOnRandomScenes)
   stage.Mapper->ErrorEstimateOn();
   Tally tally;
   // A thousand of the plain kind, half as many of the others.
-  const int step = !TakesAll() ? 4 : GetParam() < BatchesWithoutGradientOpacity ? 1 : 2;
+  const int step = !TakesAll() ? 8 : GetParam() < BatchesWithoutGradientOpacity ? 1 : 2;
   for (int i = 0; i < ScenesPerBatch && !HasFatalFailure(); i += step)
   {
     DrawScene(static_cast<unsigned>(GetParam() * ScenesPerBatch + i),

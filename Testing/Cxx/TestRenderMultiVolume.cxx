@@ -21,6 +21,7 @@
 #include <vtkCamera.h>
 #include <vtkCommand.h>
 #include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
 #include <vtkMultiVolume.h>
 #include <vtkPlane.h>
 #include <vtkPlaneSource.h>
@@ -275,6 +276,10 @@ TEST(MultiVolume, TruthOfTwoVolumes)
   Pair pair(48);
   for (const bool parallel : { false, true })
   {
+    if (parallel && !TakesAll())
+    {
+      continue;
+    }
     pair.First.Look({ 0.4, 1, -0.3 }, 0.8, parallel);
     const std::vector<float> picture = pair.Draw();
     EXPECT_TRUE(pair.Mapper()->IsConverged());
@@ -398,15 +403,19 @@ TEST(MultiVolume, InteractiveFramesConverge)
   pair.Second.Volume->SetPosition(2, -2, 4);
   pair.Draw();
   pair.Second.Volume->SetPosition(3, -2, 4);
-  pair.Mapper()->SetFrameTimeBudget(0.01);
+  double budget = 0.005;
   int frames = 0;
   std::vector<float> picture;
   do
   {
+    // However slow a machine is, there is enough in the end.
+    pair.Mapper()->SetFrameTimeBudget(budget);
     picture = pair.Draw();
-    EXPECT_TRUE(pair.Mapper()->IsConverged() || frames < 2000);
+    budget *= 1.1;
     ++frames;
-  } while (!pair.Mapper()->IsConverged() && frames < 2001);
+  } while (!pair.Mapper()->IsConverged() && frames < 200);
+  EXPECT_TRUE(pair.Mapper()->IsConverged());
+  EXPECT_GT(frames, 1);
   EXPECT_TRUE(AreImagesIdentical(truth, picture)) << frames;
 }
 
@@ -512,9 +521,67 @@ TEST(MultiVolume, WhatIsNotSupportedWarns)
   pair.Draw();
   ASSERT_EQ(messages->Messages.size(), 1u);
   EXPECT_NE(messages->Messages[0].find("BlendMode of vtkMultiVolume"), std::string::npos);
-  pair.Mapper()->SetBlendModeToComposite();
-  EXPECT_FALSE(pair.Mapper()->Pick(pair.First.Renderer, 12, 12));
-  EXPECT_EQ(messages->Messages.size(), 2u);
+}
+
+// Where the opacity of both together passes a threshold.
+TEST(MultiVolume, PicksAreOfBothTogether)
+{
+  Pair pair(40);
+  const std::vector<float> picture = pair.Draw();
+  const auto one = SourceOfImage(pair.Images[0], 16, false);
+  const auto other = SourceOfImage(pair.Images[1], 16, false);
+  const StageTruth first(pair.First, *one);
+  const StageTruth second(pair.Second, *other);
+  vtkCamera* camera = pair.First.Renderer->GetActiveCamera();
+  std::array<int, 2> owners{ 0, 0 };
+  int picks = 0;
+  for (int y = 1; y < 40; y += 5)
+  {
+    for (int x = 2; x < 40; x += 5)
+    {
+      const auto pixel = static_cast<std::size_t>(y * 40 + x);
+      const double opacity = 0.2;
+      const bool found = pair.Mapper()->Pick(pair.First.Renderer, x + 0.5, y + 0.5, opacity);
+      const auto whole = static_cast<double>(picture[4 * pixel + 3]);
+      if (std::fabs(whole - opacity) < 0.01)
+      {
+        continue;
+      }
+      ASSERT_EQ(found, whole > opacity) << x << " " << y;
+      if (!found)
+      {
+        continue;
+      }
+      ++picks;
+      double p[4] = { 0, 0, 0, 1 };
+      pair.Mapper()->GetPickPosition(p);
+      double view[4];
+      camera->GetModelViewTransformMatrix()->MultiplyPoint(p, view);
+      const auto before = [&](double depth)
+      {
+        return 1 -
+          (1 - IntegratePixel(first.Scene(), x, y, 0, 0, depth)[3]) *
+          (1 - IntegratePixel(second.Scene(), x, y, 0, 0, depth)[3]);
+      };
+      EXPECT_NEAR(before(-view[2]), opacity, 0.005) << x << " " << y;
+      // The value is that of one of both images there.
+      for (const int v : { 0, 1 })
+      {
+        const RayOfTruth ray(v == 0 ? first.Scene() : second.Scene(), x, y, 0, 0);
+        if (std::fabs(ray.Field(0, -view[2]) - pair.Mapper()->GetPickValue()) < 0.1)
+        {
+          ++owners[static_cast<std::size_t>(v)];
+          break;
+        }
+      }
+    }
+  }
+  EXPECT_GT(picks, 15);
+  EXPECT_EQ(owners[0] + owners[1], picks);
+  EXPECT_GT(owners[0], 0);
+  EXPECT_GT(owners[1], 0);
+  EXPECT_TRUE(AreImagesIdentical(picture, pair.Draw()));
+  EXPECT_EQ(pair.Mapper()->GetNumberOfPasses(), 0u) << "picks change no picture";
 }
 
 // Between translucent geometry: what lies in front of a sheet and what lies behind it, cut there by

@@ -202,9 +202,8 @@ bool MixedRays::Decide(std::uint32_t index, Ray& ray, const MixedColor* second)
   }
   // The difference grows with the third power of the length, what is certain with the second; what
   // is allowed with the first.
-  const double fit =
-    std::min(std::sqrt(allowed / std::max(difference, 1e-3 * allowed)),
-      Certain * allowed / std::max(ambiguity, 1e-3 * allowed));
+  const double fit = std::min(std::sqrt(allowed / std::max(difference, 1e-3 * allowed)),
+    Certain * allowed / std::max(ambiguity, 1e-3 * allowed));
   if (fit < 1 && ambiguity > allowed && length > this->Choice.LeastLength)
   {
     ray.Length = std::clamp(0.9 * fit, FastestFall, 0.5) * length;

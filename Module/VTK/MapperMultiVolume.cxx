@@ -5,7 +5,10 @@
 // has its place and its property, in one picture and one budget.
 #include "DepthPeeling.h"
 #include "MapperInternals.h"
+#include "vtkAlgorithm.h"
+#include "vtkAlgorithmOutput.h"
 #include "vtkCommand.h"
+#include "vtkDataSet.h"
 #include "vtkHardwareSelector.h"
 #include "vtkMultiVolume.h"
 #include "vtkVolume.h"
@@ -14,6 +17,18 @@
 #include <memory>
 #include <optional>
 #include <vector>
+
+vtkDataSet* vtkOutOfCoreVolumeMapper::GetInput(int port)
+{
+  vtkDataSet* input = this->Superclass::GetInput(port);
+  if (input && input->GetNumberOfPoints() == 0 && this->GetNumberOfInputConnections(port) > 0)
+  {
+    vtkAlgorithmOutput* from = this->GetInputConnection(port, 0);
+    from->GetProducer()->Update(from->GetIndex());
+    input = this->Superclass::GetInput(port);
+  }
+  return input;
+}
 
 void vtkOutOfCoreVolumeMapper::vtkInternals::RenderTogether(
   vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, vtkMultiVolume* volumes, double began)

@@ -538,6 +538,7 @@ public:
 
   // vtkGPUVolumeRayCastMapper, vtkVolumeMapper, vtkAbstractVolumeMapper
   void Render(vtkRenderer* ren, vtkVolume* vol) override;
+  vtkDataSet* GetInput() override { return this->GetInput(0); }
   double* GetBounds() override;
   void GetBounds(double bounds[6]) override { this->Superclass::GetBounds(bounds); }
   int IsRenderSupported(vtkRenderWindow* window, vtkVolumeProperty* property) override;
@@ -548,6 +549,8 @@ protected:
   vtkOutOfCoreVolumeMapper();
   ~vtkOutOfCoreVolumeMapper() override;
 
+  /** Updates an input that never was: vtkMultiVolume takes its bounds from here. */
+  vtkDataSet* GetInput(int port) override;
   void PreRender(vtkRenderer*, vtkVolume*, double[6], double[2], int, unsigned int) override {}
   void RenderBlock(vtkRenderer*, vtkVolume*, unsigned int) override {}
   void PostRender(vtkRenderer*, int) override {}

@@ -208,6 +208,22 @@ Excess ExcessOf(Pair& pair, const std::vector<float>& picture, int every)
   return { beyond.back(), beyond[beyond.size() - 1 - beyond.size() / 1000] };
 }
 
+// A plane without an end.
+vtkSmartPointer<vtkActor> Sheet(const double place[3], const double normal[3])
+{
+  vtkNew<vtkPlaneSource> source;
+  source->SetOrigin(-300, -300, 0);
+  source->SetPoint1(300, -300, 0);
+  source->SetPoint2(-300, 300, 0);
+  source->SetCenter(place[0], place[1], place[2]);
+  source->SetNormal(normal[0], normal[1], normal[2]);
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(source->GetOutputPort());
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  return actor;
+}
+
 float LargestOpacity(const std::vector<float>& picture)
 {
   float largest = 0;
@@ -382,6 +398,27 @@ TEST(MultiVolume, SameBits)
   EXPECT_LE(CompareImages(before, pair.Draw()).Max, 1e-5);
 }
 
+// Inputs that nobody has updated yet have bounds: cameras are reset to them.
+TEST(MultiVolume, BoundsOfInputsThatWereNeverUpdated)
+{
+  Pair pair(24);
+  for (const int port : { 0, 1 })
+  {
+    vtkNew<vtkProceduralVolumeSource> source;
+    source->SetDimensions(33, 33, 33);
+    pair.Mapper()->SetInputConnection(port, source->GetOutputPort());
+  }
+  pair.First.Volume->SetPosition(-5, 0, 0);
+  pair.Second.Volume->SetOrientation(0, 0, 0);
+  pair.Second.Volume->SetPosition(10, 0, 0);
+  const double* bounds = pair.Both->GetBounds();
+  const std::array<double, 6> expected{ -5, 42, 0, 32, 0, 32 };
+  for (std::size_t i = 0; i < 6; ++i)
+  {
+    EXPECT_NEAR(bounds[i], expected[i], 1e-9) << i;
+  }
+}
+
 // Nothing is drawn again of an unchanged scene.
 TEST(MultiVolume, UnchangedScenesCostNothing)
 {
@@ -454,16 +491,7 @@ TEST(MultiVolume, GeometryAndClippingPlanes)
   const std::vector<float> clipped = pair.Draw();
   pair.Mapper()->RemoveAllClippingPlanes();
   EXPECT_GT(CompareImages(clipped, pair.Draw()).Max, 0.05);
-  vtkNew<vtkPlaneSource> source;
-  source->SetOrigin(-300, -300, 0);
-  source->SetPoint1(300, -300, 0);
-  source->SetPoint2(-300, 300, 0);
-  source->SetCenter(place[0], place[1], place[2]);
-  source->SetNormal(normal[0], normal[1], normal[2]);
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputConnection(source->GetOutputPort());
-  vtkNew<vtkActor> actor;
-  actor->SetMapper(mapper);
+  const auto actor = Sheet(place, normal);
   pair.First.Renderer->AddActor(actor);
   // The depth buffer tells the plane's place to a few thousandths of a voxel.
   EXPECT_LE(CompareImages(clipped, pair.Draw()).Max, 2.0 / 255);
@@ -619,16 +647,7 @@ TEST(MultiVolume, BetweenTranslucentGeometry)
     }
   }
   pair.Mapper()->RemoveAllClippingPlanes();
-  vtkNew<vtkPlaneSource> source;
-  source->SetOrigin(-300, -300, 0);
-  source->SetPoint1(300, -300, 0);
-  source->SetPoint2(-300, 300, 0);
-  source->SetCenter(place[0], place[1], place[2]);
-  source->SetNormal(normal[0], normal[1], normal[2]);
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputConnection(source->GetOutputPort());
-  vtkNew<vtkActor> actor;
-  actor->SetMapper(mapper);
+  const auto actor = Sheet(place, normal);
   actor->GetProperty()->LightingOff();
   actor->GetProperty()->SetColor(1, 0.2, 0);
   actor->GetProperty()->SetOpacity(opacity);

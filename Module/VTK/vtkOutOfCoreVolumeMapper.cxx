@@ -1556,7 +1556,8 @@ bool SetPixels(vtkImageData* image, const std::vector<float>& pixels, int width,
     return false;
   }
   image->SetDimensions(width, height, 1);
-  image->AllocateScalars(VTK_FLOAT, static_cast<int>(pixels.size() / (width * height)));
+  const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  image->AllocateScalars(VTK_FLOAT, static_cast<int>(pixels.size() / count));
   std::copy(pixels.begin(), pixels.end(), static_cast<float*>(image->GetScalarPointer()));
   return true;
 }

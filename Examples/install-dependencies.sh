@@ -18,6 +18,7 @@ build=(
   g++ cmake ninja-build pkg-config ccache
   libvtk9-dev python3-vtk9 python3-dev
   libhdf5-dev libdeflate-dev liblz4-dev liblzf-dev libzstd-dev libblosc-dev libaec-dev libtiff-dev zlib1g-dev
+  libpng-dev libjpeg-dev
   nlohmann-json3-dev libpugixml-dev
   libcli11-dev libfmt-dev)
 demo=(xvfb xauth libgl1-mesa-dri)

@@ -1,12 +1,42 @@
 # SPDX-FileCopyrightText: Teravox contributors
 # SPDX-License-Identifier: BSD-3-Clause
 """Images as microscopes and scanners write them, with numpy and struct only: bytes of files."""
+import os
 import struct
 import zlib
 
 import numpy as np
 
+from format_files import keep
+
 identity = (1, 0, 0, 0, 1, 0, 0, 0, 1)
+
+
+class Images:
+    """A folder of images; `names.txt` lists them, a line each: name (a file, a folder or a pattern), array
+    to compare with, type, components, x, y, z, spacing, origin, direction (row by row), all separated by
+    blanks."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.lines = []
+
+    def put(self, name, data):
+        os.makedirs(os.path.dirname(f"{self.folder}/{name}"), exist_ok=True)
+        with open(f"{self.folder}/{name}", "wb") as f:
+            f.write(data)
+
+    def listed(self, name, a, spacing=(1, 1, 1), origin=(0, 0, 0), direction=identity):
+        components = a.shape[3] if a.ndim == 4 else 1
+        array = name.replace("/", "_").replace("*", "x").replace("%", "p")
+        keep(self.folder, array, a)
+        numbers = [components, a.shape[2], a.shape[1], a.shape[0], *spacing, *origin, *direction]
+        kind = a.dtype.kind + str(8 * a.dtype.itemsize)
+        self.lines.append(" ".join([name, array, kind] + [repr(float(n)) for n in numbers]) + "\n")
+
+    def finish(self):
+        with open(f"{self.folder}/names.txt", "w") as f:
+            f.writelines(self.lines)
 
 # MetaImage.
 met = {"u1": "MET_UCHAR", "i1": "MET_CHAR", "u2": "MET_USHORT", "i2": "MET_SHORT", "u4": "MET_UINT",
@@ -69,15 +99,23 @@ def nifti(a, order, sform=None, qform=None, times=1, colour=False):
     return bytes(h)
 
 
+# Rows of samples of 1 to 16 bits as bytes: the first one in the highest bits, big-endian.
+def packed_bits(a, bits):
+    flat = np.ascontiguousarray(a.reshape(a.shape[0], -1))
+    if bits >= 8:
+        return flat.astype(f">u{bits // 8}").view("u1")
+    each = np.unpackbits(flat.astype("u1")[..., None], axis=-1)[..., 8 - bits:]
+    return np.packbits(each.reshape(a.shape[0], -1), axis=1)
+
+
 # TIFF.
 def tiff(pages, order="<", strip=5, packed=False, tile=None, description="", resolution=None,
          orientation=1, thumbnail=False, palettes=None, bits=8):
     """With `palettes`, of each page 3 x 2^bits numbers, pages are indices (u1, or u2 if bits are 16)."""
-    def packed_bits(block):
+    def packed_block(block):
         if palettes is None or bits >= 8:
             return block.tobytes()
-        each = np.unpackbits(block[..., None], axis=-1)[..., 8 - bits:]
-        return np.packbits(each.reshape(block.shape[0], -1), axis=1).tobytes()
+        return packed_bits(block, bits).tobytes()
 
     out = bytearray(struct.pack(order + "2sHI", b"II" if order == "<" else b"MM", 42, 0))
     link = 4
@@ -93,9 +131,9 @@ def tiff(pages, order="<", strip=5, packed=False, tile=None, description="", res
                     block = np.zeros((tile, tile) + page.shape[2:], rows.dtype)
                     part = rows[y:y + tile, x:x + tile]
                     block[:part.shape[0], :part.shape[1]] = part
-                    blocks.append(packed_bits(block))
+                    blocks.append(packed_block(block))
         else:
-            blocks = [packed_bits(rows[y:y + strip]) for y in range(0, h, strip)]
+            blocks = [packed_block(rows[y:y + strip]) for y in range(0, h, strip)]
         blocks = [zlib.compress(b) if packed else b for b in blocks]
         starts = []
         for b in blocks:

@@ -1,12 +1,9 @@
 # SPDX-FileCopyrightText: Teravox contributors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes small images of every kind (image_files.py): make_images.py FOLDER.
-
-`names.txt` lists them, a line each: name (a file, a folder or a pattern), array to compare with, type,
-components, x, y, z, spacing, origin, direction (row by row), all separated by blanks.
+"""Writes small images of every kind but PNG and JPEG (image_files.py), listed in `names.txt`:
+make_images.py FOLDER.
 """
 import gzip
-import os
 import struct
 import sys
 import zlib
@@ -14,28 +11,13 @@ import zlib
 import numpy as np
 
 from format_files import keep, volume
-from image_files import codes, dicom, identity, legacy, meta, met, nifti, text, tiff, vtk
+from image_files import Images, codes, dicom, legacy, meta, met, nifti, text, tiff, vtk
 
-folder = sys.argv[1]
-lines = []
+images = Images(sys.argv[1])
+put, listed, folder = images.put, images.listed, images.folder
 c, s = np.cos(0.3), np.sin(0.3)
 turned = (c, -s, 0, s, c, 0, 0, 0, 1)  # about z, columns are the axes
 mirrored = (-1, 0, 0, 0, 1, 0, 0, 0, 1)
-
-
-def listed(name, a, spacing=(1, 1, 1), origin=(0, 0, 0), direction=identity):
-    components = a.shape[3] if a.ndim == 4 else 1
-    array = name.replace("/", "_").replace("*", "x").replace("%", "p")
-    keep(folder, array, a)
-    numbers = [components, a.shape[2], a.shape[1], a.shape[0], *spacing, *origin, *direction]
-    kind = a.dtype.kind + str(8 * a.dtype.itemsize)
-    lines.append(" ".join([name, array, kind] + [repr(float(n)) for n in numbers]) + "\n")
-
-
-def put(name, data):
-    os.makedirs(os.path.dirname(f"{folder}/{name}"), exist_ok=True)
-    with open(f"{folder}/{name}", "wb") as f:
-        f.write(data)
 
 
 def big(a):
@@ -222,5 +204,4 @@ put("cut.mha", meta(a, "LOCAL") + a.tobytes()[:-1])
 put("cut.nii.gz", gzip.compress(nifti(a, "<") + a.tobytes())[:2000])
 put("long.mha", meta(a, "LOCAL").replace(b"MET_USHORT", b"MET_LONG") + a.tobytes() * 4)
 put("text.nrrd", b"NRRD0001\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: bzip2\n\n12345678")
-with open(f"{folder}/names.txt", "w") as f:
-    f.writelines(lines)
+images.finish()

@@ -4,6 +4,7 @@
 
 #include "DICOMSeries.h"
 #include "FileList.h"
+#include "PictureStack.h"
 #include "SliceVoxelReader.h"
 #include "TIFFStack.h"
 
@@ -28,6 +29,7 @@ enum class Kind
   NRRD,
   NIfTI,
   TIFF,
+  Picture,
   DICOM,
   LegacyVTK
 };
@@ -38,11 +40,12 @@ struct Extension
   Kind Of;
 };
 
-constexpr std::array<Extension, 14> Extensions{ { { ".nii", Kind::NIfTI },
+constexpr std::array<Extension, 17> Extensions{ { { ".nii", Kind::NIfTI },
   { ".nii.gz", Kind::NIfTI }, { ".hdr", Kind::NIfTI }, { ".hdr.gz", Kind::NIfTI },
   { ".img", Kind::NIfTI }, { ".img.gz", Kind::NIfTI }, { ".mha", Kind::MetaImage },
   { ".mhd", Kind::MetaImage }, { ".nrrd", Kind::NRRD }, { ".nhdr", Kind::NRRD },
-  { ".tif", Kind::TIFF }, { ".tiff", Kind::TIFF }, { ".dcm", Kind::DICOM },
+  { ".tif", Kind::TIFF }, { ".tiff", Kind::TIFF }, { ".png", Kind::Picture },
+  { ".jpg", Kind::Picture }, { ".jpeg", Kind::Picture }, { ".dcm", Kind::DICOM },
   { ".vtk", Kind::LegacyVTK } } };
 
 Kind KindByName(const std::string& name)
@@ -78,7 +81,8 @@ Result<ImageVolume> OfReader(const Result<std::shared_ptr<VoxelReader>>& reader,
   ImageVolume volume;
   if (const auto* slices = dynamic_cast<const SliceVoxelReader*>(reader.Value().get()))
   {
-    volume.ReaderBytes = std::max<std::uint64_t>(memory / 4, slices->SliceBytes());
+    volume.ReaderBytes =
+      std::max<std::uint64_t>(memory / 4, slices->SliceBytes()) + slices->DecoderBytes();
     if (volume.ReaderBytes > memory / 2)
     {
       return Status(StatusCode::ResourceExhausted,
@@ -101,6 +105,22 @@ Result<ImageVolume> OpenStack(const ImageVolume::Request& request, std::vector<s
   return OfReader(TIFFStack::Open(stack), request.Memory, std::move(files));
 }
 
+Result<ImageVolume> OpenPictures(
+  const ImageVolume::Request& request, std::vector<std::string> files)
+{
+  PictureStack::Request stack;
+  stack.Files = files;
+  stack.CacheBytes = request.Memory / 4;
+  return OfReader(PictureStack::Open(stack), request.Memory, std::move(files));
+}
+
+/// Damaged ones, too, which their names tell.
+bool IsPicture(const std::string& file)
+{
+  const Kind kind = KindByName(file);
+  return kind == Kind::Picture || (kind == Kind::None && PictureStack::IsPicture(file));
+}
+
 Result<ImageVolume> OpenSeries(const ImageVolume::Request& request, std::vector<std::string> files)
 {
   DICOMSeries::Request series;
@@ -118,17 +138,26 @@ Result<ImageVolume> OpenSeveral(
   {
     return OpenSeries(request, files);
   }
-  std::vector<std::string> pictures;
-  std::copy_if(files.begin(), files.end(), std::back_inserter(pictures),
-    [](const std::string& file) { return KindByName(file) == Kind::TIFF; });
-  if (pictures.empty())
+  const auto those = [&files](const auto& wanted)
   {
-    return Status(StatusCode::NotFound,
-      request.Name +
-        (IsPattern(request.Name) ? " matches no DICOM or TIFF files."
-                                 : " is a folder without DICOM or TIFF files."));
+    std::vector<std::string> found;
+    std::copy_if(files.begin(), files.end(), std::back_inserter(found), wanted);
+    return found;
+  };
+  auto slices = those([](const std::string& file) { return KindByName(file) == Kind::TIFF; });
+  if (!slices.empty())
+  {
+    return OpenStack(request, std::move(slices));
   }
-  return OpenStack(request, pictures);
+  slices = those(&IsPicture);
+  if (!slices.empty())
+  {
+    return OpenPictures(request, std::move(slices));
+  }
+  return Status(StatusCode::NotFound,
+    request.Name +
+      (IsPattern(request.Name) ? " matches no DICOM, TIFF, PNG or JPEG files."
+                               : " is a folder without DICOM, TIFF, PNG or JPEG files."));
 }
 
 Result<ImageVolume> OpenVoxels(
@@ -174,6 +203,8 @@ Result<ImageVolume> OpenAny(const ImageVolume::Request& request)
       return OpenVoxels(ReadLegacyVTKHeader(name), name, request.Memory);
     case Kind::TIFF:
       return OpenStack(request, { name });
+    case Kind::Picture:
+      return OpenPictures(request, { name });
     case Kind::DICOM:
       return OpenSeries(request, { name });
     case Kind::None:
@@ -181,6 +212,7 @@ Result<ImageVolume> OpenAny(const ImageVolume::Request& request)
       break;
   }
   return DICOMSeries::IsDICOM(name) ? OpenSeries(request, { name })
+    : IsPicture(name)               ? OpenPictures(request, { name })
                                     : Result<ImageVolume>(Status(StatusCode::Unsupported,
                                         name + " is no image that is read piece by piece."));
 }
@@ -203,7 +235,7 @@ Result<ImageVolume> WithoutExceptions(const std::string& name, const F& open)
 bool ImageVolume::IsImage(const std::string& name)
 {
   return IsPattern(name) || IsFolder(name) || KindByName(name) != Kind::None ||
-    DICOMSeries::IsDICOM(name);
+    DICOMSeries::IsDICOM(name) || PictureStack::IsPicture(name);
 }
 
 Result<ImageVolume> ImageVolume::Open(

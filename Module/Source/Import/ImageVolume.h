@@ -14,7 +14,8 @@ namespace teravox
 {
 
 /// A volume of image files that is read piece by piece: MetaImage, NRRD, NIfTI, legacy VTK,
-/// stacks of TIFF files or pages, series of DICOM files, voxels without a header.
+/// stacks of TIFF files or pages, of PNG or JPEG files, series of DICOM files, voxels without a
+/// header.
 struct ImageVolume
 {
   struct Request
@@ -30,8 +31,8 @@ struct ImageVolume
   std::vector<std::string> Files; ///< that it is made of
   std::uint64_t ReaderBytes = 0;  ///< of memory that the reader takes
 
-  /// Whether Open() reads such files: by extension, by their first bytes (DICOM), or because they
-  /// are several.
+  /// Whether Open() reads such files: by extension, by their first bytes (DICOM, PNG, JPEG), or
+  /// because they are several.
   static bool IsImage(const std::string& name);
 
   /// Errors: NotFound; Unsupported for what isn't read here, other readers may; Corrupt;

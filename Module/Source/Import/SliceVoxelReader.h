@@ -25,6 +25,8 @@ public:
   void SetCacheLimit(std::uint64_t bytes) { this->CacheLimit = bytes; }
   std::uint64_t SlicesRead() const { return this->Count; }
   std::size_t SliceBytes() const;
+  /// Bytes of memory that ReadSlice() takes beside the slice.
+  virtual std::uint64_t DecoderBytes() const { return 0; }
 
 protected:
   explicit SliceVoxelReader(Description volume)

@@ -4,6 +4,7 @@
 
 #include "Formats/FormatText.h"
 #include "HeaderText.h"
+#include "Picture.h"
 #include "SliceVoxelReader.h"
 
 #include <algorithm>
@@ -60,22 +61,12 @@ Status Damaged(const std::string& name)
   return Corrupt(name, "can't be read: " + (LastError().empty() ? "it is damaged" : LastError()));
 }
 
-/// A picture: what has to be the same in all of them, and how its rows lie.
-struct Page
+/// How the rows of a picture lie, too, and what its pixels mean.
+struct Page : Picture
 {
-  std::uint32_t Width = 0;
-  std::uint32_t Height = 0;
-  ScalarType Type = ScalarType::UInt8;
-  int Components = 1;
   bool Flipped = false;
   unsigned IndexBits = 0;            // of pixels that are indices into a palette; 0: they aren't
   std::vector<std::uint8_t> Palette; // its colours, as many values each as the voxels have
-
-  bool operator==(const Page& o) const
-  {
-    return this->Width == o.Width && this->Height == o.Height && this->Type == o.Type &&
-      this->Components == o.Components;
-  }
 };
 
 std::optional<ScalarType> TypeOf(unsigned bits, unsigned format)
@@ -318,14 +309,13 @@ protected:
     {
       return page.GetStatus();
     }
-    if (!(page.Value() == this->All))
+    Status status = CheckAlike(name, page.Value(), this->All);
+    if (!status.Ok())
     {
-      return { StatusCode::InvalidArgument,
-        "'" + name + "' has a picture of another size or type than the first one." };
+      return status;
     }
-    const Status status = TIFFIsTiled(this->Now.get()) != 0
-      ? this->ReadTiles(name, page.Value(), out)
-      : this->ReadStrips(name, page.Value(), out);
+    status = TIFFIsTiled(this->Now.get()) != 0 ? this->ReadTiles(name, page.Value(), out)
+                                               : this->ReadStrips(name, page.Value(), out);
     return status;
   }
 
@@ -500,17 +490,13 @@ Result<std::shared_ptr<VoxelReader>> TIFFStack::Open(const Request& request)
   {
     return page.GetStatus();
   }
-  std::int64_t bytes =
-    static_cast<std::int64_t>(SizeOf(page.Value().Type)) * page.Value().Components;
-  if (__builtin_mul_overflow(bytes, page.Value().Width, &bytes) ||
-    __builtin_mul_overflow(bytes, page.Value().Height, &bytes))
+  auto described = DescribeStack(name, page.Value(), 0);
+  if (!described.Ok())
   {
-    return Corrupt(name, "has a picture of a size that can't be");
+    return described.GetStatus();
   }
   const ImageJ description = DescriptionOf(file.get());
-  VoxelReader::Description volume;
-  volume.Type = page.Value().Type;
-  volume.Components = page.Value().Components;
+  VoxelReader::Description& volume = described.Value();
   volume.Spacing = SpacingOf(file.get(), description);
   std::vector<std::pair<std::size_t, std::uint32_t>> slices;
   if (request.Files.size() == 1)
@@ -531,8 +517,7 @@ Result<std::shared_ptr<VoxelReader>> TIFFStack::Open(const Request& request)
       slices.emplace_back(i, 0);
     }
   }
-  volume.Dimensions = { page.Value().Width, page.Value().Height,
-    static_cast<std::int64_t>(slices.size()) };
+  volume.Dimensions[2] = static_cast<std::int64_t>(slices.size());
   const auto reader =
     std::make_shared<Reader>(volume, page.Value(), request.Files, std::move(slices));
   reader->SetCacheLimit(request.CacheBytes);

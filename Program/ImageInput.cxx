@@ -248,8 +248,8 @@ Result<ImageInput> OpenImage(
     ? OpenHDF5(options, chunks)
     : Opened(Status(StatusCode::Unsupported,
         fmt::format("{} has an extension that no reader belongs to; known are .nii, "
-                    ".nii.gz, .mha, .mhd, .nrrd, .tif, .dcm, .raw, .vti, .vtk, .h5, .ims "
-                    "and .xml, and with --raw voxels without a header.",
+                    ".nii.gz, .mha, .mhd, .nrrd, .tif, .png, .jpg, .dcm, .raw, .vti, .vtk, "
+                    ".h5, .ims and .xml, and with --raw voxels without a header.",
           fileName)));
   return opened.Ok()
     ? Result<ImageInput>(ImageInput{ { nullptr, { fileName }, chunks }, opened.Value() })

@@ -21,11 +21,11 @@ struct ImageInput
   vtkSmartPointer<vtkAlgorithm> Pipeline; ///< if there is no reader
 };
 
-/// By extension: NIfTI, MetaImage, NRRD, TIFF and voxels without a header by our own readers, VTK's
-/// formats and whatever ours leave by VTK's; HDF5. A folder is a DICOM series, else a stack of TIFF
-/// files; so is a pattern.
-/// Errors: no such file, an extension without a reader, a file that its reader refuses;
-/// ResourceExhausted, if VTK reads the file as a whole and half of `memory` bytes isn't enough.
+/// By extension: NIfTI, MetaImage, NRRD, TIFF, PNG, JPEG and voxels without a header by our own
+/// readers, VTK's formats and whatever ours leave by VTK's; HDF5. A folder is a DICOM series, else
+/// a stack of TIFF files, else of PNG or JPEG files; so is a pattern. Errors: no such file, an
+/// extension without a reader, a file that its reader refuses; ResourceExhausted, if VTK reads the
+/// file as a whole and half of `memory` bytes isn't enough.
 Result<ImageInput> OpenImage(
   const VolumeOptions& options, const ImportOptions& import, std::uint64_t memory);
 

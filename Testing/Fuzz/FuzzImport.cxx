@@ -17,8 +17,8 @@ namespace
 {
 using namespace teravox;
 
-constexpr std::array<const char*, 10> Extensions{ ".mha", ".mhd", ".nrrd", ".nhdr", ".nii",
-  ".nii.gz", ".hdr", ".vtk", ".tif", ".dcm" };
+constexpr std::array<const char*, 12> Extensions{ ".mha", ".mhd", ".nrrd", ".nhdr", ".nii",
+  ".nii.gz", ".hdr", ".vtk", ".tif", ".dcm", ".png", ".jpg" };
 constexpr std::size_t Raw =
   Extensions.size();                     // numbers that users give for voxels without a header
 constexpr std::size_t Pattern = Raw + 1; // a name with * and %d

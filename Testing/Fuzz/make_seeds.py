@@ -34,7 +34,8 @@ for kind in ("imaris", "bigdataviewer", "n5", "ngff", "vtkhdf", "amr", "single",
                 shutil.copy(file, folder / target / f"{kind}-{file.name}")
 
 # Images: the first byte says what the rest is, by the order of extensions in FuzzImport.cxx.
-KINDS = (".mha", ".mhd", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".hdr", ".vtk", ".tif", ".dcm", "raw", "pattern")
+KINDS = (".mha", ".mhd", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".hdr", ".vtk", ".tif", ".dcm", ".png", ".jpg", "raw",
+         "pattern")
 LARGEST_IMAGE = 40000
 
 
@@ -42,13 +43,15 @@ def image(name, kind, content):
     (folder / "FuzzImport" / name).write_bytes(bytes([KINDS.index(kind)]) + content)
 
 
-with tempfile.TemporaryDirectory() as made:
-    subprocess.run([sys.executable, "-B", here.parent / "Source" / "make_images.py", made],
-                   check=True, stdout=subprocess.DEVNULL)
-    for file in sorted(pathlib.Path(made).rglob("*")):
-        ending = next((kind for kind in KINDS[::-1] if file.name.endswith(kind)), None)
-        if file.is_file() and ending and file.stat().st_size <= LARGEST_IMAGE:
-            image("-".join(file.relative_to(made).parts), ending, file.read_bytes())
+for script in ("make_images.py", "make_pictures.py"):
+    with tempfile.TemporaryDirectory() as made:
+        subprocess.run([sys.executable, "-B", here.parent / "Source" / script, made],
+                       check=True, stdout=subprocess.DEVNULL)
+        for file in sorted(pathlib.Path(made).rglob("*")):
+            ending = next((kind for kind in KINDS[::-1] if file.name.endswith(kind)), None)
+            parts = file.relative_to(made).parts
+            if file.is_file() and ending and file.stat().st_size <= LARGEST_IMAGE and parts[0] != "held":
+                image("-".join(parts), ending, file.read_bytes())
 for flags in (0, 1, 2, 4):  # plain, big-endian, compressed, text
     content = zlib.compress(bytes(480)) if flags == 2 else b"12 -3,4\n" * 60 if flags == 4 else bytes(480)
     head = struct.pack("<5q3B5x", 5, 4, 3, 0, 0, flags, 0, 3)

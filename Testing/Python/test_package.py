@@ -189,6 +189,34 @@ class Files(Folder):
         with self.assertRaises(FileNotFoundError):
             teravox.convert(self.path("none.nii"), self.path("s.h5"), progress=False)
 
+    def test_slices_of_png_and_jpeg_are_what_vtk_reads(self):
+        names = vtk.vtkStringArray()
+        for kind, dtype, components in (
+            ("PNG", "u1", 1), ("PNG", "u2", 2), ("PNG", "u2", 3), ("PNG", "u1", 4), ("JPEG", "u1", 1), ("JPEG", "u1", 3),
+        ):
+            folder = self.path(f"{kind}{dtype}{components}")
+            os.mkdir(folder)
+            names.Reset()
+            for z, plane in enumerate(noise((3, 40, 30 * components), dtype)):
+                image = vtk.vtkImageData()
+                image.SetDimensions(30, 40, 1)
+                image.AllocateScalars(vtk.VTK_UNSIGNED_CHAR if dtype == "u1" else vtk.VTK_UNSIGNED_SHORT, components)
+                vtk_to_numpy(image.GetPointData().GetScalars()).reshape(-1)[:] = plane.ravel()
+                writer = getattr(vtk, f"vtk{kind}Writer")()
+                writer.SetInputData(image)
+                names.InsertNextValue(f"{folder}/s{z}.{kind.lower()}")
+                writer.SetFileName(names.GetValue(z))
+                writer.Write()
+            reader = getattr(vtk, f"vtk{kind}Reader")()
+            reader.SetFileNames(names)
+            reader.Update()
+            wanted = vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())
+            for name in (folder, f"{folder}/s%d.{kind.lower()}"):
+                teravox.convert(name, self.path("s.h5"), progress=False)
+                back = teravox.read(teravox.open(self.path("s.h5")))
+                self.assertEqual(back.dtype, wanted.dtype)
+                np.testing.assert_array_equal(back.reshape(wanted.shape), wanted)
+
     def test_progress(self):
         array = noise((200, 200, 100), "u1")
         calls = []

@@ -68,9 +68,9 @@ for seed, (name, n, options) in enumerate((
             [".jpg", ".JPEG"][seed % 2], spacing=(*spacing, spacing[0]))
 
 # Several megabytes, of which the reader holds little.
-a = volume((96, 128, 128), "<u2", 100) & 0xff0f
+a = volume((48, 128, 128), "<u2", 100) & 0xff00
 keep(images.folder, "held", a)
-for z in range(96):
+for z in range(48):
     put(f"held/{z}.png", png(a[z, ::-1], GREY, 16, interlaced=z % 2 == 1))
 
 # What is refused.

@@ -48,7 +48,8 @@ for script in ("make_images.py", "make_pictures.py"):
         subprocess.run([sys.executable, "-B", here.parent / "Source" / script, made],
                        check=True, stdout=subprocess.DEVNULL)
         for file in sorted(pathlib.Path(made).rglob("*")):
-            ending = next((kind for kind in KINDS[::-1] if file.name.endswith(kind)), None)
+            ending = next((kind for kind in KINDS[::-1]
+                           if file.name.lower().replace(".jpeg", ".jpg").endswith(kind)), None)
             parts = file.relative_to(made).parts
             if file.is_file() and ending and file.stat().st_size <= LARGEST_IMAGE and parts[0] != "held":
                 image("-".join(parts), ending, file.read_bytes())

@@ -284,7 +284,7 @@ public:
   Reader(Description volume, Page page, std::vector<std::string> files,
     std::vector<std::pair<std::size_t, std::uint32_t>> slices)
     : SliceVoxelReader(std::move(volume))
-    , All(page)
+    , All(std::move(page))
     , Files(std::move(files))
     , Slices(std::move(slices))
   {

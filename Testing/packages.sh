@@ -22,7 +22,7 @@ name=packages.sh
 . "$source/Testing/debs.sh"
 
 make_debs libteravox-dev libteravox python3-teravox teravox
-depends libteravox libvtk9.1 libhdf5 liblz4 liblzf libzstd libblosc libaec libdeflate libpugixml
+depends libteravox libvtk9.1 libhdf5 liblz4 liblzf libzstd libblosc libaec libdeflate libpugixml libtiff libpng libjpeg
 depends libteravox-dev libteravox libvtk9-dev
 depends python3-teravox libteravox python3-vtk9 python3-numpy
 depends teravox libteravox libvtk9.1

@@ -160,6 +160,7 @@ public:
   static std::shared_ptr<teravox::BrickSource> ScalarsOf(vtkOutOfCoreVolumeMapper* mapper,
     teravox::MapperVolume& part, vtkVolumeProperty* property,
     const std::shared_ptr<teravox::BrickSource>& source);
+  static void BeginProp(vtkHardwareSelector* selector, teravox::FrameRequest& request);
   bool IsDrawn(vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, const teravox::Status& status,
     bool timedOut);
   void EndDrawing(vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, bool isPeeling, double began);

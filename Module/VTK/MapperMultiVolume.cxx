@@ -13,7 +13,6 @@
 #include "vtkMultiVolume.h"
 #include "vtkVolume.h"
 
-#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -98,10 +97,7 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::RenderTogether(
   teravox::FrameRequest& request = parts[0].Request;
   if (selector)
   {
-    std::array<float, 3> color{};
-    selector->BeginRenderProp();
-    selector->GetPropColorValue(color.data());
-    request.Final.PropColor = color;
+    BeginProp(selector, request);
   }
   request.Show = true;
   // Where the colours of all are, in the first one's engine.

@@ -1241,11 +1241,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   }
   if (selector)
   {
-    std::array<float, 3> color{};
-    selector->BeginRenderProp();
-    selector->GetPropColorValue(color.data());
-    request.Final.PropColor = color;
-    request.Show = true;
+    vtkInternals::BeginProp(selector, request);
   }
   vtkDualDepthPeelingPass* peeling = selector ? nullptr : teravox::DepthPeeling::PassOf(vol);
   if (this->Block && !selector && !peeling)
@@ -1281,6 +1277,17 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   {
     in.EndDrawing(this, ren, peeling != nullptr, began);
   }
+}
+
+// A picture in the colour that tells which prop it is.
+void vtkOutOfCoreVolumeMapper::vtkInternals::BeginProp(
+  vtkHardwareSelector* selector, teravox::FrameRequest& request)
+{
+  std::array<float, 3> color{};
+  selector->BeginRenderProp();
+  selector->GetPropColorValue(color.data());
+  request.Final.PropColor = color;
+  request.Show = true;
 }
 
 // What became of a frame, or of a part of it; whether there is more to say of it.

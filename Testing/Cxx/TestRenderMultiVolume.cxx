@@ -26,6 +26,7 @@
 #include <vtkPlane.h>
 #include <vtkPlaneSource.h>
 #include <vtkPolyDataMapper.h>
+#include <vtkPropPicker.h>
 #include <vtkProperty.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
@@ -610,6 +611,32 @@ TEST(MultiVolume, PicksAreOfBothTogether)
   EXPECT_GT(owners[1], 0);
   EXPECT_TRUE(AreImagesIdentical(picture, pair.Draw()));
   EXPECT_EQ(pair.Mapper()->GetNumberOfPasses(), 0u) << "picks change no picture";
+}
+
+// Selection finds the prop where any of its volumes shows something, and leaves pictures alone.
+TEST(MultiVolume, SelectionFindsTheProp)
+{
+  Pair pair(40);
+  const std::vector<float> picture = pair.Draw();
+  vtkNew<vtkPropPicker> picker;
+  int found = 0;
+  for (int x = 1; x < 40; x += 6)
+  {
+    const float opacity = picture[4 * static_cast<std::size_t>(20 * 40 + x) + 3];
+    const bool hit = picker->Pick(x, 20, 0, pair.First.Renderer) != 0;
+    if (opacity > 0.05f)
+    {
+      EXPECT_TRUE(hit) << x;
+      EXPECT_EQ(picker->GetViewProp(), pair.Both) << x;
+      ++found;
+    }
+    else if (opacity == 0)
+    {
+      EXPECT_FALSE(hit) << x;
+    }
+  }
+  EXPECT_GT(found, 2);
+  EXPECT_TRUE(AreImagesIdentical(picture, pair.Draw()));
 }
 
 // Between translucent geometry: what lies in front of a sheet and what lies behind it, cut there by

@@ -518,7 +518,7 @@ HDF5Dataset::Extent HDF5Dataset::Offset(const Int3& index) const
     if (this->Shape.View.Spatial[a] >= 0)
     {
       offset.at(static_cast<std::size_t>(this->Shape.View.Spatial[a])) =
-        static_cast<hsize_t>(index[a] * this->Shape.ChunkSize[a]);
+        static_cast<hsize_t>(index[a]) * static_cast<hsize_t>(this->Shape.ChunkSize[a]);
     }
   }
   return offset;

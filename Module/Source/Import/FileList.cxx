@@ -37,7 +37,7 @@ bool NaturallyLess(const std::string& a, const std::string& b)
         {
           ++end;
         }
-        const std::string digits = first < end ? text.substr(first, end - first) : std::string();
+        std::string digits = first < end ? text.substr(first, end - first) : std::string();
         at = end;
         return digits;
       };

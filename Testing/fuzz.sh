@@ -58,7 +58,7 @@ for target in "${targets[@]}"; do
     [ "$result" -ne 0 ] || break
     # The innermost frame outside of the C library and of the sanitizers tells whose fault it is; of a
     # leak, who asked for the memory.
-    frame=$(grep -E '^ *#[0-9]+ ' "$log" | grep -vE 'libc\.so|in fuzzer::|__asan|__interceptor|__sanitizer|in _*(mem|str|malloc|calloc|realloc)|\(BuildId.*libasan' |
+    frame=$(grep -E '^ *#[0-9]+ ' "$log" | grep -vE 'libc\.so|in fuzzer::|__asan|__interceptor|__sanitizer|in _*(mem|str|malloc|calloc|realloc|free)|\(BuildId.*libasan' |
       head -1 || true)
     # Time-outs are of the wall clock: on a busy machine an input may only have waited for its turn.
     slow=$(sed -n 's/.*Test unit written to \(.*-timeout-.*\)/\1/p' "$log" | tail -1)

@@ -55,7 +55,6 @@ public:
   MixedRays(const Options& options, const std::vector<std::vector<float>>& whole);
 
   bool IsDone() const { return this->Active.empty(); }
-  std::size_t NumberOfActive() const { return this->Active.size(); }
   /// The stretch that has to be drawn next of each ray; of those that are done nothing.
   std::vector<Stretch> Next() const;
   /// What was drawn of that, for each volume; empty: it shows nothing.

@@ -224,7 +224,6 @@ Status VolumeMixer::Render(std::vector<Part>& parts, const void* scratch)
   const double began = Now();
   const FrameRequest& first = parts[0].Request;
   const bool before = !first.Continues || this->Complete;
-  this->Rounds_ = first.Continues ? this->Rounds_ : 0;
   this->Complete = false;
   View& view = this->Views[first.View];
   bool same = view.Exact && view.Rays && view.Parts == parts.size() && !first.Depths;
@@ -258,7 +257,6 @@ Status VolumeMixer::Render(std::vector<Part>& parts, const void* scratch)
     view.Exact = converged;
     view.Rays.emplace(OptionsOf(parts, tolerance), whole);
   }
-  const std::uint64_t rounds = view.Rays->Rounds();
   if (!over)
   {
     const bool isTimed = !first.Converge && first.TimeBudget > 0;
@@ -270,7 +268,6 @@ Status VolumeMixer::Render(std::vector<Part>& parts, const void* scratch)
       return status;
     }
   }
-  this->Rounds_ += view.Rays->Rounds() - rounds;
   this->Complete = before && view.Rays->IsDone() && view.Exact;
   FrameRequest shown = ForMixing(parts[0]);
   shown.View = scratch;

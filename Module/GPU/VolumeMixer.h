@@ -5,7 +5,6 @@
 #include "MixedRays.h"
 #include "VolumeEngine.h"
 
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <set>
@@ -36,8 +35,6 @@ public:
 
   /// Whether the last frame was complete, but for what the engines know.
   bool IsComplete() const { return this->Complete; }
-  /// Stretches that were drawn of the rays in the last frame, at most those of one ray.
-  std::uint64_t Rounds() const { return this->Rounds_; }
   /// Premultiplied colours and opacities of the last frame of a view, as
   /// VolumeEngine::ReadColors().
   std::vector<float> ReadColors(const void* view, int& width, int& height) const;
@@ -58,7 +55,6 @@ private:
 
   std::map<const void*, View> Views;
   bool Complete = false;
-  std::uint64_t Rounds_ = 0;
 };
 
 } // namespace teravox

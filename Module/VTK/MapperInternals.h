@@ -193,7 +193,7 @@ public:
   };
   std::map<const void*, std::vector<ShownTogether>> Together;
   // What was drawn last in a renderer, if that is still the same volumes with the same functions.
-  std::vector<teravox::PickPart> Pickable(vtkRenderer* renderer) const;
+  std::vector<teravox::PickPart> Pickable(vtkRenderer* renderer);
 
   // What blocks in front of the drawn one hide; confirmed for what was drawn last then.
   using Tiles = std::shared_ptr<const std::vector<float>>;

@@ -1765,15 +1765,14 @@ bool vtkOutOfCoreVolumeMapper::GetErrorEstimateImage(vtkImageData* image)
 }
 
 std::vector<teravox::PickPart> vtkOutOfCoreVolumeMapper::vtkInternals::Pickable(
-  vtkRenderer* renderer) const
+  vtkRenderer* renderer)
 {
   std::vector<teravox::PickPart> parts;
   const auto shown = this->Shown_.find(renderer);
   if (shown != this->Shown_.end() && shown->second.FunctionVersion == this->FunctionVersion &&
     shown->second.Source == this->Timed)
   {
-    parts.push_back({ const_cast<teravox::VolumeEngine*>(&this->Engine), shown->second.Request,
-      shown->second.Source });
+    parts.push_back({ &this->Engine, shown->second.Request, shown->second.Source });
   }
   const auto together = this->Together.find(renderer);
   if (together != this->Together.end())

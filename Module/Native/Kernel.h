@@ -345,7 +345,7 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
     c.Watch = {};
     c.Watch.Missed = scene.Missed[pixel];
     c.Watch.End = scene.Reach[pixel];
-    scene.Lattice[pixel] = RayInside;
+    scene.Lattice[pixel] |= RayInside;
   }
   c.Steps = 0;
   bool waiting = false;

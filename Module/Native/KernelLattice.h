@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Pixels between those whose rays have been cast (M. Levoy, "Volume rendering by adaptive
 // refinement", The Visual Computer 6, 1990): interpolated where the picture is smooth around them
-// and no voxel can hide between the rays, else cast themselves. Which ones there are is told by
-// Core/ImageLattice.h.
+// and no voxel can hide between the rays, else cast themselves. Where a ray that was cast isn't
+// what interpolation would have given, the picture only looked smooth: pixels next to it are cast,
+// too, and theirs in turn. Which ones there are is told by Core/ImageLattice.h.
 
 // Of the largest second difference around a pixel, what interpolation is taken to err. With many
 // rays per voxel it errs by 3/8 of it at a kink and by 1/2 at a step; with one, a voxel in the
@@ -14,6 +15,25 @@ constexpr float LargestWeight = 2.75f;
 
 constexpr std::uint8_t RayDeferred = NativeScene::RayDeferred;
 constexpr std::uint8_t RayInside = NativeScene::RayInside;
+constexpr std::uint8_t RayBetween = NativeScene::RayBetween;
+constexpr std::uint8_t RaySurprising = NativeScene::RaySurprising;
+
+inline std::size_t PixelAt(const NativeScene& scene, int x, int y)
+{
+  return static_cast<std::size_t>(y) * static_cast<std::size_t>(scene.Width) +
+    static_cast<std::size_t>(x);
+}
+
+// Threads read marks of neighbours while these change: none of the bits that a step reads of others
+// is written in it.
+inline std::uint8_t LoadMarks(const NativeScene& scene, std::size_t pixel)
+{
+  return __atomic_load_n(scene.Lattice + pixel, __ATOMIC_RELAXED);
+}
+inline void StoreMarks(const NativeScene& scene, std::size_t pixel, int marks)
+{
+  __atomic_store_n(scene.Lattice + pixel, static_cast<std::uint8_t>(marks), __ATOMIC_RELAXED);
+}
 
 TERAVOX_INLINE Quad ColorAt(const NativeScene& scene, std::size_t pixel)
 {
@@ -132,36 +152,58 @@ inline float ApartOnFaces(const NativeScene& scene, const Neighbourhood& around,
       (direction[0] * direction[0] + direction[1] * direction[1]) + direction[2] * direction[2]);
 }
 
-// Interpolates a pixel if it may be. half: pixels to the nearest rays along x, y or both.
-inline bool IsInterpolated(const NativeScene& scene, int x, int y, int half, bool center)
+// A pixel that may be interpolated: the rays around it, and what is known of those next to it.
+struct Between
+{
+  Neighbourhood Around;
+  float Difference = 0;
+  float Missed = 0;
+  float Reach = -FarAway;
+  float Spent = 0;
+  bool Over = true;
+  bool Inside = true;
+};
+
+inline bool HasNeighbourhood(const NativeScene& scene, int x, int y, int half)
+{
+  return x >= 3 * half && y >= 3 * half && x + 3 * half < scene.Width &&
+    y + 3 * half < scene.Height;
+}
+
+inline Between LookAround(const NativeScene& scene, std::size_t pixel, int half, bool center)
+{
+  Between b;
+  b.Around = RaysAround(scene, pixel, half, center);
+  b.Difference = LargestDifference(b.Around);
+  for (const std::size_t n : b.Around.Nearest)
+  {
+    b.Inside = b.Inside && (scene.Lattice[n] & RayInside) != 0;
+    b.Missed = Max(b.Missed, scene.Missed[n]);
+    b.Reach = Max(b.Reach, scene.Reach[n]);
+    b.Spent = Max(b.Spent, scene.Error != nullptr ? scene.Error[n] : 0.0f);
+    b.Over = b.Over && scene.Color[4 * n + 3] <= scene.Parameters->Step[2];
+  }
+  return b;
+}
+
+// What of Difference interpolation is taken to err. nearest: see NearestRay().
+inline float WeightAt(float nearest)
+{
+  return Min(Max(LargestWeight * 2.0f * nearest * nearest, LeastWeight), LargestWeight);
+}
+
+// half: pixels to the nearest rays along x, y or both.
+inline bool MayBeInterpolated(const NativeScene& scene, int x, int y, int half, bool center)
 {
   const MarchParameters& p = *scene.Parameters;
-  const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(scene.Width) +
-    static_cast<std::size_t>(x);
-  if (x < 3 * half || y < 3 * half || x + 3 * half >= scene.Width || y + 3 * half >= scene.Height)
+  const std::size_t pixel = PixelAt(scene, x, y);
+  if (!HasNeighbourhood(scene, x, y, half))
   {
     return false;
   }
-  const Neighbourhood around = RaysAround(scene, pixel, half, center);
-  const float difference = LargestDifference(around);
-  if (!(difference * LeastWeight <= scene.LatticeTolerance))
-  {
-    return false;
-  }
-  float missed = 0;
-  float reach = -FarAway;
-  float spent = 0;
-  bool over = true;
-  bool inside = true;
-  for (const std::size_t n : around.Nearest)
-  {
-    inside = inside && (scene.Lattice[n] & RayInside) != 0;
-    missed = Max(missed, scene.Missed[n]);
-    reach = Max(reach, scene.Reach[n]);
-    spent = Max(spent, scene.Error != nullptr ? scene.Error[n] : 0.0f);
-    over = over && scene.Color[4 * n + 3] <= p.Step[2];
-  }
-  if (!inside || !(missed <= scene.LatticeMissed))
+  const Between b = LookAround(scene, pixel, half, center);
+  if (!(b.Difference * LeastWeight <= scene.LatticeTolerance) || !b.Inside ||
+    !(b.Missed <= scene.LatticeMissed))
   {
     return false;
   }
@@ -174,21 +216,19 @@ inline bool IsInterpolated(const NativeScene& scene, int x, int y, int half, boo
     return false;
   }
   const int level = LevelAt(p, begin);
-  const float depth = over ? reach : end;
+  const float depth = b.Over ? b.Reach : end;
   if (LevelAt(p, depth) != level)
   {
     return false;
   }
   const float nearest = NearestRay(p, level, Max(begin, depth), static_cast<float>(half), center);
-  const float weight =
-    Min(Max(LargestWeight * 2.0f * nearest * nearest, LeastWeight), LargestWeight);
-  const float error = difference * weight;
-  if (!(nearest <= scene.LatticeDistance && error <= scene.LatticeTolerance))
+  if (!(nearest <= scene.LatticeDistance &&
+        b.Difference * WeightAt(nearest) <= scene.LatticeTolerance))
   {
     return false;
   }
-  if (difference > 0.0f &&
-    !(ApartOnFaces(scene, around, ray, level, begin, end, over) <= scene.LatticeDistance))
+  if (b.Difference > 0.0f &&
+    !(ApartOnFaces(scene, b.Around, ray, level, begin, end, b.Over) <= scene.LatticeDistance))
   {
     return false;
   }
@@ -196,7 +236,7 @@ inline bool IsInterpolated(const NativeScene& scene, int x, int y, int half, boo
   {
     // The edge of what is in front would have to be known.
     bool clear = scene.Depth[pixel] >= 1.0f;
-    for (const std::size_t n : around.Nearest)
+    for (const std::size_t n : b.Around.Nearest)
     {
       clear = clear && scene.Depth[n] >= 1.0f;
     }
@@ -205,54 +245,117 @@ inline bool IsInterpolated(const NativeScene& scene, int x, int y, int half, boo
       return false;
     }
   }
-  const Quad none = {};
-  Quad value = Max(InTheMiddle(around), none);
-  value = WithFourth(value, Min(value[3], 1.0f));
-  __builtin_memcpy(scene.Color + 4 * pixel, &value, sizeof(value));
-  scene.Missed[pixel] = missed;
-  scene.Reach[pixel] = reach;
-  if (scene.Error != nullptr)
-  {
-    scene.Error[pixel] = spent + error + missed;
-  }
   return true;
 }
 
-std::uint32_t RefineTile(
-  const NativeScene& scene, int stage, int left, int bottom, int right, int top)
+inline void Interpolate(const NativeScene& scene, int x, int y, int half, bool center)
+{
+  const MarchParameters& p = *scene.Parameters;
+  const std::size_t pixel = PixelAt(scene, x, y);
+  const Between b = LookAround(scene, pixel, half, center);
+  const Quad none = {};
+  Quad value = Max(InTheMiddle(b.Around), none);
+  value = WithFourth(value, Min(value[3], 1.0f));
+  __builtin_memcpy(scene.Color + 4 * pixel, &value, sizeof(value));
+  scene.Missed[pixel] = b.Missed;
+  scene.Reach[pixel] = b.Reach;
+  scene.Lattice[pixel] = RayInside;
+  scene.Position[4 * pixel + 3] = StatusDone << 16;
+  if (scene.Error != nullptr)
+  {
+    const Ray ray = MakeRay(p, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+    float begin = 0;
+    float end = 0;
+    float lit = 0;
+    FindInterval(scene, ray, x, y, begin, end, lit);
+    const float depth = Max(begin, b.Over ? b.Reach : end);
+    const float nearest = NearestRay(p, LevelAt(p, begin), depth, static_cast<float>(half), center);
+    scene.Error[pixel] = b.Spent + b.Difference * WeightAt(nearest) + b.Missed;
+  }
+}
+
+// Whether one of the pixels next to one that a stage adds, of those that it adds, is marked.
+inline bool HasNeighbour(
+  const NativeScene& scene, int x, int y, int half, bool center, std::uint8_t mark)
+{
+  const int step = center ? 2 * half : half;
+  for (int v = -2 * half; v <= 2 * half; v += step)
+  {
+    for (int u = -2 * half; u <= 2 * half; u += step)
+    {
+      // Of the middles of edges, those whose steps in x and in y have the same parity.
+      const bool added = center || ((u + v) / half & 1) == 0;
+      const bool there = x + u >= 0 && y + v >= 0 && x + u < scene.Width && y + v < scene.Height;
+      if ((u != 0 || v != 0) && added && there &&
+        (LoadMarks(scene, PixelAt(scene, x + u, y + v)) & mark) != 0)
+      {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+// Whether interpolation would have given a pixel that was cast another colour.
+inline bool IsSurprising(const NativeScene& scene, int x, int y, int half, bool center)
+{
+  if (!HasNeighbourhood(scene, x, y, half))
+  {
+    return false;
+  }
+  const std::size_t pixel = PixelAt(scene, x, y);
+  const Quad off = InTheMiddle(RaysAround(scene, pixel, half, center)) - ColorAt(scene, pixel);
+  return !(LargestOfFour(Abs(off)) <= scene.LatticeTolerance);
+}
+
+// One step of a stage at one of the pixels that it adds.
+inline void RefinePixel(const NativeScene& scene, LatticeStep step, int x, int y, int half,
+  bool center, LatticeCount& count)
+{
+  const std::size_t pixel = PixelAt(scene, x, y);
+  const std::uint8_t marks = LoadMarks(scene, pixel);
+  const bool between = (marks & RayBetween) != 0;
+  if (step == LatticeStep::Choose && MayBeInterpolated(scene, x, y, half, center))
+  {
+    StoreMarks(scene, pixel, marks | RayBetween);
+  }
+  else if (step == LatticeStep::Choose ||
+    (step == LatticeStep::Spread && between &&
+      HasNeighbour(scene, x, y, half, center, RaySurprising)))
+  {
+    StoreMarks(scene, pixel, marks & RayInside);
+    count.Chosen += 1;
+    count.ToCast += (scene.Position[4 * pixel + 3] >> 16 & 3) != StatusDone ? 1 : 0;
+  }
+  else if (step == LatticeStep::Judge && !between &&
+    HasNeighbour(scene, x, y, half, center, RayBetween) && IsSurprising(scene, x, y, half, center))
+  {
+    StoreMarks(scene, pixel, marks | RaySurprising);
+  }
+  else if (step == LatticeStep::Fill && between)
+  {
+    Interpolate(scene, x, y, half, center);
+  }
+}
+
+LatticeCount RefineTile(
+  const NativeScene& scene, int stage, LatticeStep step, int left, int bottom, int right, int top)
 {
   const int edge = LatticeEdge(stage);
   const int half = edge / 2;
   const bool center = stage % 2 == 0;
-  std::uint32_t toCast = 0;
+  LatticeCount count;
   for (int y = bottom; y < top; ++y)
   {
     for (int x = left; x < right; ++x)
     {
       const bool betweenX = x % edge == half;
       const bool betweenY = y % edge == half;
-      const bool isNew =
-        x % half == 0 && y % half == 0 && (center ? betweenX && betweenY : betweenX != betweenY);
-      if (!isNew)
+      if (x % half == 0 && y % half == 0 && (center ? betweenX && betweenY : betweenX != betweenY))
       {
-        continue;
-      }
-      const std::size_t pixel =
-        static_cast<std::size_t>(y) * static_cast<std::size_t>(scene.Width) +
-        static_cast<std::size_t>(x);
-      std::int32_t* position = scene.Position + 4 * pixel;
-      const bool done = IsInterpolated(scene, x, y, half, center);
-      scene.Lattice[pixel] =
-        done ? RayInside : static_cast<std::uint8_t>(scene.Lattice[pixel] & RayInside);
-      if (done)
-      {
-        position[3] = StatusDone << 16;
-      }
-      else
-      {
-        toCast += (position[3] >> 16 & 3) != StatusDone ? 1 : 0;
+        RefinePixel(scene, step, x, y, half, center, count);
       }
     }
   }
-  return toCast;
+  return count;
 }

@@ -155,6 +155,7 @@ void NativeView::Clear(int stage, const LatticeLimits& limits, const std::array<
   }
   this->HasLattice = stage > 0;
   this->LatticeStage = stage;
+  this->LatticeChosen = false;
   this->Limits = limits;
   if (stage == 0)
   {
@@ -535,24 +536,45 @@ std::vector<std::uint32_t> NativeMarcher::Refine(
 {
   constexpr int edge = static_cast<int>(shared::TILE_SIZE);
   const auto count = static_cast<std::int64_t>(tiles.size());
-  std::vector<std::uint32_t> toCast(tiles.size());
-  std::vector<std::uint32_t> active;
-  while (active.empty() && view.LatticeStage > 0)
+  std::vector<LatticeCount> counts(tiles.size());
+  const auto sweep = [&](LatticeStep step)
   {
-    // Reads what the stages before have decided on, and writes what this one does.
 #pragma omp parallel for schedule(dynamic)
     for (std::int64_t t = 0; t < count; ++t)
     {
       const auto i = static_cast<std::size_t>(t);
       const int x = static_cast<int>(tiles[i] & 0xffffu) * edge;
       const int y = static_cast<int>(tiles[i] >> 16) * edge;
-      toCast[i] = this->Refiner(scene, view.LatticeStage, x, y, std::min(x + edge, scene.Width),
-        std::min(y + edge, scene.Height));
+      counts[i] = this->Refiner(scene, view.LatticeStage, step, x, y,
+        std::min(x + edge, scene.Width), std::min(y + edge, scene.Height));
     }
-    --view.LatticeStage;
+  };
+  std::vector<std::uint32_t> active;
+  while (active.empty() && view.LatticeStage > 0)
+  {
+    bool chosen = true;
+    if (!view.LatticeChosen)
+    {
+      sweep(LatticeStep::Choose);
+      view.LatticeChosen = true;
+    }
+    else
+    {
+      sweep(LatticeStep::Judge);
+      sweep(LatticeStep::Spread);
+      chosen = std::any_of(
+        counts.begin(), counts.end(), [](const LatticeCount& c) { return c.Chosen > 0; });
+    }
+    if (!chosen)
+    {
+      sweep(LatticeStep::Fill);
+      view.LatticeChosen = false;
+      --view.LatticeStage;
+      continue;
+    }
     for (std::size_t i = 0; i < tiles.size(); ++i)
     {
-      if (toCast[i] > 0)
+      if (counts[i].ToCast > 0)
       {
         active.push_back(tiles[i]);
       }

@@ -32,6 +32,7 @@ struct NativeView
   std::vector<float> Reach;
   bool HasLattice = false;     ///< whether the picture is one
   int LatticeStage = 0;        ///< that has to be decided on next; 0: all have been
+  bool LatticeChosen = false;  ///< whether LatticeStep::Choose was done for it
   LatticeLimits Limits;        ///< of its interpolated pixels
   std::vector<float> FirstHit; ///< depth and level of the hit, NoHit; empty if nobody asks
   std::vector<float> Lengths;  ///< see NativeScene; empty but for averages of several components

@@ -19,6 +19,9 @@ struct NativeScene
   static constexpr int MacroEdge = 4;            ///< cells along each axis whose bits are one word
   static constexpr std::uint8_t RayDeferred = 1; ///< of Lattice: it isn't cast yet
   static constexpr std::uint8_t RayInside = 2;   ///< of Lattice: it meets the volume
+  static constexpr std::uint8_t RayBetween = 4;  ///< of Lattice: it will be interpolated
+  /// Of Lattice: it isn't what interpolation would have given.
+  static constexpr std::uint8_t RaySurprising = 8;
   const MarchParameters* Parameters = nullptr;
   const IntervalParameters* Intervals = nullptr;
   const float* Planes = nullptr; ///< PlaneAlongRays, one after the other
@@ -135,10 +138,26 @@ struct NativeReport
 using NativeKernel = void (*)(
   const NativeScene& scene, int left, int bottom, int right, int top, NativeReport& report);
 
-/// Decides on the pixels of a tile that stage `stage` of a picture's lattice adds: interpolates
-/// them or leaves them to be cast. Returns how many have yet to be.
-using NativeRefiner = std::uint32_t (*)(
-  const NativeScene& scene, int stage, int left, int bottom, int right, int top);
+/// How the pixels that a stage of a picture's lattice adds are decided on. Each step is done with
+/// all tiles before the next.
+enum class LatticeStep
+{
+  Choose, ///< which of them are interpolated; the others have to be cast
+  Judge,  ///< which of the others, now cast, aren't what interpolation would have given
+  Spread, ///< those next to such ones have to be cast, too: then to be judged again
+  Fill,   ///< interpolates what is left
+};
+
+/// Of a tile: pixels that became ones to cast, and of them those that aren't yet.
+struct LatticeCount
+{
+  std::uint32_t Chosen = 0;
+  std::uint32_t ToCast = 0;
+};
+
+/// One step with the pixels of a tile that stage `stage` of a picture's lattice adds.
+using NativeRefiner = LatticeCount (*)(
+  const NativeScene& scene, int stage, LatticeStep step, int left, int bottom, int right, int top);
 
 /// Turns what a projection mode gathered into premultiplied colour and transmittance, for all
 /// pixels of a picture.

@@ -19,9 +19,11 @@
 #include <vector>
 #include <vtkActor.h>
 #include <vtkCallbackCommand.h>
+#include <vtkCamera.h>
 #include <vtkCommand.h>
 #include <vtkCylinderSource.h>
 #include <vtkImageData.h>
+#include <vtkNew.h>
 #include <vtkPlane.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkRenderWindow.h>
@@ -185,6 +187,62 @@ TEST_F(Lattice, StripesOnGrazingFaces)
         tolerance);
     }
   }
+}
+
+// Rays that graze a translucent surface within the volume: what lies between them may look smooth
+// by chance. Beside such pixels are others where interpolation is seen to be wrong.
+TEST_F(Lattice, GrazedSurfaces)
+{
+  constexpr int edge = 64;
+  constexpr double pi = 3.14159265358979323846;
+  vtkNew<vtkImageData> image;
+  image->SetDimensions(edge, edge, edge);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
+  auto* voxel = static_cast<unsigned char*>(image->GetScalarPointer());
+  const auto at = [](int i) { return 2.0 * i / (edge - 1) - 1; };
+  for (int k = 0; k < edge; ++k)
+  {
+    for (int j = 0; j < edge; ++j)
+    {
+      for (int i = 0; i < edge; ++i)
+      {
+        // Marschner, Lobb: An evaluation of reconstruction filters for volume rendering, 1994.
+        const double ring = std::cos(12 * pi * std::cos(pi / 2 * std::hypot(at(i), at(j))));
+        const double value = (1 - std::sin(pi / 2 * at(k)) + 0.25 * (1 + ring)) / 2.5;
+        *voxel++ = static_cast<unsigned char>(255 * value);
+      }
+    }
+  }
+  TransferNodes nodes;
+  nodes.Opacity = { { 0, 0 }, { 110, 0 }, { 127, 0.25 }, { 145, 0 }, { 255, 0 } };
+  nodes.Color = { { 0, 0, 0, 1 }, { 110, 0.2, 0.4, 1 }, { 127, 1, 0.9, 0.3 }, { 145, 1, 0.2, 0.1 },
+    { 255, 1, 1, 1 } };
+  struct View
+  {
+    std::array<double, 3> Eye, At, Up;
+  };
+  const std::array<View, 2> views{
+    View{ { -52.42, -45.3, 23.22 }, { 24.69, 32.99, 27.06 }, { -1.29, -0.05, 0.88 } },
+    View{ { -69.36, 110.11, 10.77 }, { 29.59, 30.97, 35.59 }, { 0.05, 0.96, -0.91 } },
+  };
+  Stage stage(300, 300);
+  stage.SetImage(image);
+  stage.SetTransfer(nodes);
+  for (const View& v : views)
+  {
+    stage.LookFrom(v.Eye, v.At, 1, 400, 30);
+    stage.Renderer->GetActiveCamera()->SetViewUp(v.Up.data());
+    const Comparison c =
+      Compare(stage, "from " + std::to_string(v.Eye[0]) + ", tolerance 4", 4.0 / 255);
+    EXPECT_LT(c.Effort, 0.97); // something was interpolated
+  }
+  // What is cast on account of that doesn't depend on what fits into the atlas.
+  stage.SetSource(SourceOfImage(image, 16, false));
+  stage.Mapper->PictureReuseOff();
+  const std::vector<float> picture = stage.Draw();
+  stage.Mapper->SetMaximumNumberOfSlots(12);
+  EXPECT_EQ(stage.Draw(), picture);
+  EXPECT_GT(stage.Mapper->GetNumberOfEvictions(), 12);
 }
 
 // With many pixels per voxel there is less and less to be cast.

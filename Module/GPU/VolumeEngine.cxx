@@ -86,6 +86,36 @@ void VolumeEngine::SetSettings(const EngineSettings& settings)
   }
 }
 
+void VolumeEngine::SetBudgets(std::uint64_t gpu, std::uint64_t host)
+{
+  this->Settings.GPUMemoryBudget = gpu;
+  this->Settings.HostMemoryBudget = host;
+}
+
+std::uint64_t VolumeEngine::GPUBytesForAll(const FrameRequest& request, std::uint64_t most) const
+{
+  FrameRequest picture = request; // with all that it may be drawn for
+  picture.IsStretch = true;
+  picture.HitOpacity = 1.0f;
+  AtlasRequest all = this->AtlasWanted(picture);
+  all.BudgetBytes = most;
+  const Result<AtlasPlan> plan = PlanAtlas(this->Source_->Info().Layout, all);
+  // Functions may be edited.
+  constexpr std::uint64_t spare = 4 * TableBytesReserved;
+  return plan ? std::min(plan.Value().TotalBytes() + all.ReservedBytes + spare, most) : most;
+}
+
+std::uint64_t VolumeEngine::HostBytesForAll(std::uint64_t most) const
+{
+  const VolumeInfo& info = this->Source_->Info();
+  const auto bricks = static_cast<double>(info.Layout.TotalBricks());
+  const auto brick = static_cast<double>(BrickLoader::ChargeOf({}, info));
+  // See PrepareLoader().
+  const double bytes =
+    (bricks + 3) * brick / 3 * 4 + static_cast<double>(this->Source_->LeastMemory());
+  return bytes < static_cast<double>(most) ? static_cast<std::uint64_t>(bytes) : most;
+}
+
 void VolumeEngine::SetTransferFunction(TransferFunction function, std::uint64_t version)
 {
   if (version != this->FunctionVersion)
@@ -179,13 +209,12 @@ bool VolumeEngine::IsNativeWanted() const
     : this->Settings.Marcher == MarcherKind::Native;
 }
 
-Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
+AtlasRequest VolumeEngine::AtlasWanted(const FrameRequest& request) const
 {
   const VolumeInfo& info = this->Source_->Info();
-  const VoxelFormat format = VoxelFormat::Choose(info.Type);
   const auto view = this->Views.find(request.View);
-  AtlasRequest wanted =
-    AtlasRequest::For(format, AtlasComponents(info), request.Camera.Width, request.Camera.Height);
+  AtlasRequest wanted = AtlasRequest::For(VoxelFormat::Choose(info.Type), AtlasComponents(info),
+    request.Camera.Width, request.Camera.Height);
   wanted.BudgetBytes = this->Settings.GPUMemoryBudget;
   wanted.ReservedBytes = this->FixedBytes(view == this->Views.end() ? nullptr : view->second.get(),
     request.Camera.Width, request.Camera.Height);
@@ -197,6 +226,13 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
   glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &largest);
   wanted.MaximumTextureSize = largest;
   wanted.Native = this->IsNativeWanted();
+  return wanted;
+}
+
+Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
+{
+  const VolumeInfo& info = this->Source_->Info();
+  const AtlasRequest wanted = this->AtlasWanted(request);
   const bool fits = this->Atlas && this->Plan_.Slots != 0 &&
     wanted.BudgetBytes == this->PlannedFor_.BudgetBytes &&
     wanted.MaximumSlots == this->PlannedFor_.MaximumSlots &&
@@ -218,7 +254,10 @@ Status VolumeEngine::PrepareAtlas(const FrameRequest& request)
   this->Plan_ = {};
   this->PlannedFor_ = wanted;
   const auto make = [&]
-  { return BrickAtlas::Make(this->Memory_, plan.Value(), format, info.Layout.StoredSize()); };
+  {
+    return BrickAtlas::Make(
+      this->Memory_, plan.Value(), VoxelFormat::Choose(info.Type), info.Layout.StoredSize());
+  };
   Result<std::unique_ptr<BrickAtlas>> atlas = make();
   // A budget is a limit, not a promise of the driver: some bound the size of one texture.
   for (std::uint64_t budget = wanted.BudgetBytes / 2; !atlas; budget /= 2)

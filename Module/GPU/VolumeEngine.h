@@ -170,6 +170,12 @@ public:
   bool WaitForReadAhead(double seconds) { return this->Ahead->Wait(seconds); }
   std::uint64_t BricksReadAhead() const { return this->Ahead->BricksRead(); }
   void SetSettings(const EngineSettings& settings);
+  /// Of the settings, the budgets alone, in bytes.
+  void SetBudgets(std::uint64_t gpu, std::uint64_t host);
+  /// What would keep every brick of the source resident, or `most` if that is more: of the GPU's
+  /// memory for pictures like that of `request` (GL), and of the host's.
+  std::uint64_t GPUBytesForAll(const FrameRequest& request, std::uint64_t most) const;
+  std::uint64_t HostBytesForAll(std::uint64_t most) const;
   /// The function in data values; uploaded at the next frame. `version` tells whether it changed.
   void SetTransferFunction(TransferFunction function, std::uint64_t version);
   /// The same for sources whose voxels have several components; see IsOfComponents().
@@ -272,6 +278,7 @@ private:
   Result<ViewState*> PrepareView(const FrameRequest& request);
   void ChooseLooseness(const FrameRequest& request);
   Status PrepareAtlas(const FrameRequest& request);
+  AtlasRequest AtlasWanted(const FrameRequest& request) const;
   void PinCoarsest(const std::optional<VoxelBox>& block);
   void RecordBricks(const Feedback& feedback);
   Status PrepareLoader();

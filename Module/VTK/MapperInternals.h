@@ -122,7 +122,6 @@ public:
     this->ForEachVolume([&](teravox::MapperVolume& v) { sum += v.Engine.LastFrame().*of; });
     return sum;
   }
-  std::uint64_t NumberOfVolumes() const { return 1 + this->Others.size(); }
   bool IsConverged()
   {
     bool all = this->Others.empty() || this->Mixer.IsComplete();

@@ -3,6 +3,7 @@
 //
 // What vtkOutOfCoreVolumeMapper does of a vtkMultiVolume: several inputs, each with a volume that
 // has its place and its property, in one picture and one budget.
+#include "BudgetShares.h"
 #include "DepthPeeling.h"
 #include "MapperInternals.h"
 #include "vtkAlgorithm.h"
@@ -13,6 +14,8 @@
 #include "vtkMultiVolume.h"
 #include "vtkVolume.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -28,6 +31,30 @@ vtkDataSet* vtkOutOfCoreVolumeMapper::GetInput(int port)
   }
   return input;
 }
+
+namespace
+{
+// One budget for all: each volume has what it can use, or as much as any other. `mixing`: bytes of
+// the GPU's that aren't divided.
+void DivideBudgets(const std::vector<teravox::VolumeMixer::Part>& parts, std::uint64_t gpu,
+  std::uint64_t host, std::uint64_t mixing)
+{
+  gpu -= std::min(gpu, mixing);
+  std::vector<std::uint64_t> onGPU;
+  std::vector<std::uint64_t> onHost;
+  for (const teravox::VolumeMixer::Part& part : parts)
+  {
+    onGPU.push_back(part.Engine->GPUBytesForAll(part.Request, gpu));
+    onHost.push_back(part.Engine->HostBytesForAll(host));
+  }
+  onGPU = teravox::DivideBudget(gpu, onGPU);
+  onHost = teravox::DivideBudget(host, onHost);
+  for (std::size_t i = 0; i < parts.size(); ++i)
+  {
+    parts[i].Engine->SetBudgets(onGPU[i], onHost[i]);
+  }
+}
+} // namespace
 
 void vtkOutOfCoreVolumeMapper::vtkInternals::RenderTogether(
   vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, vtkMultiVolume* volumes, double began)
@@ -69,9 +96,6 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::RenderTogether(
   int size[2];
   int origin[2];
   ren->GetTiledSizeAndOrigin(&size[0], &size[1], &origin[0], &origin[1]);
-  this->MixBytes = others.empty() ? 0
-                                  : teravox::MixedRays::BytesPerRay(ports.size()) *
-      static_cast<std::uint64_t>(size[0]) * static_cast<std::uint64_t>(size[1]);
 
   std::vector<teravox::VolumeMixer::Part> parts;
   std::vector<std::string> names;
@@ -94,6 +118,11 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::RenderTogether(
     shownParts.push_back(
       { &own, own.FunctionVersion, { &own.Engine, frame->Request, frame->Drawn.Source } });
   }
+  this->MixBytes = others.empty() ? 0
+                                  : teravox::MixedRays::BytesPerRay(ports.size()) *
+      static_cast<std::uint64_t>(size[0]) * static_cast<std::uint64_t>(size[1]);
+  DivideBudgets(parts, mapper->GetEffectiveGPUMemoryBudget(),
+    mapper->GetEffectiveHostMemoryBudget(), this->MixBytes);
   teravox::FrameRequest& request = parts[0].Request;
   if (selector)
   {

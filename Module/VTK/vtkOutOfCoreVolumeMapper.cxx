@@ -1120,10 +1120,8 @@ std::optional<teravox::MapperFrame> vtkOutOfCoreVolumeMapper::vtkInternals::Prep
     this->ConvergedAfter = 0;
   }
   teravox::EngineSettings settings;
-  const std::uint64_t gpu = m.GetEffectiveGPUMemoryBudget();
-  settings.GPUMemoryBudget =
-    (gpu - std::min<std::uint64_t>(gpu, this->MixBytes)) / this->NumberOfVolumes();
-  settings.HostMemoryBudget = m.GetEffectiveHostMemoryBudget() / this->NumberOfVolumes();
+  settings.GPUMemoryBudget = m.GetEffectiveGPUMemoryBudget();
+  settings.HostMemoryBudget = m.GetEffectiveHostMemoryBudget();
   settings.LoaderThreads = m.NumberOfLoaderThreads;
   settings.Marcher = static_cast<teravox::MarcherKind>(m.Marcher);
   if (m.MaximumNumberOfSlots != 0)

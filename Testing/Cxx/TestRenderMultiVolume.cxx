@@ -479,6 +479,31 @@ TEST(MultiVolume, BudgetsHold)
   EXPECT_TRUE(AreImagesIdentical(picture, pair.Draw()));
 }
 
+// What one volume can't use of the budget is the other's: beside a tiny one a large one has all
+// its bricks in a budget whose half isn't enough.
+TEST(MultiVolume, BudgetsByNeed)
+{
+  Pair pair(12);
+  vtkNew<vtkProceduralVolumeSource> source;
+  source->SetFunctionName("shells");
+  source->SetDimensions(160, 160, 160);
+  source->SetSpacing(0.06, 0.06, 0.06);
+  pair.Mapper()->SetInputConnection(1, source->GetOutputPort());
+  pair.Second.SetTransfer(MakeTransfer(OpacityShape::Fog));
+  const auto evictions = [&](vtkTypeUInt64 budget)
+  {
+    pair.Mapper()->SetGPUMemoryBudget(budget);
+    const vtkTypeUInt64 before = pair.Mapper()->GetNumberOfEvictions();
+    pair.Draw();
+    EXPECT_TRUE(pair.Mapper()->IsConverged());
+    EXPECT_LE(pair.Mapper()->GetPeakGPUMemoryUsed(), budget);
+    return pair.Mapper()->GetNumberOfEvictions() - before;
+  };
+  pair.Mapper()->SetMaximumLevel(0);
+  EXPECT_GT(evictions(10 << 20), 0u);
+  EXPECT_EQ(evictions(16 << 20), 0u);
+}
+
 // Rays end at opaque geometry, and at clipping planes, of both volumes.
 TEST(MultiVolume, GeometryAndClippingPlanes)
 {

@@ -17,6 +17,7 @@ constexpr std::uint8_t RayDeferred = NativeScene::RayDeferred;
 constexpr std::uint8_t RayInside = NativeScene::RayInside;
 constexpr std::uint8_t RayBetween = NativeScene::RayBetween;
 constexpr std::uint8_t RaySurprising = NativeScene::RaySurprising;
+constexpr std::uint8_t RayJudged = NativeScene::RayJudged;
 
 inline std::size_t PixelAt(const NativeScene& scene, int x, int y)
 {
@@ -327,15 +328,24 @@ inline void RefinePixel(const NativeScene& scene, LatticeStep step, int x, int y
     count.Chosen += 1;
     count.ToCast += (scene.Position[4 * pixel + 3] >> 16 & 3) != StatusDone ? 1 : 0;
   }
-  else if (step == LatticeStep::Judge && !between &&
-    HasNeighbour(scene, x, y, half, center, RayBetween) && IsSurprising(scene, x, y, half, center))
+  else if (step == LatticeStep::Judge && !between && (marks & RayJudged) == 0)
   {
-    StoreMarks(scene, pixel, marks | RaySurprising);
+    // Those beside it that are interpolated only become fewer.
+    const bool surprising = HasNeighbour(scene, x, y, half, center, RayBetween) &&
+      IsSurprising(scene, x, y, half, center);
+    StoreMarks(scene, pixel, marks | RayJudged | (surprising ? RaySurprising : 0));
+    count.Surprising += surprising ? 1 : 0;
   }
   else if (step == LatticeStep::Fill && between)
   {
     Interpolate(scene, x, y, half, center);
   }
+}
+
+// The first number from `from` on that is `rest` more than a multiple of `step`, a power of two.
+constexpr int CeilTo(int from, int step, int rest)
+{
+  return from + ((rest - from) & (step - 1));
 }
 
 LatticeCount RefineTile(
@@ -345,16 +355,16 @@ LatticeCount RefineTile(
   const int half = edge / 2;
   const bool center = stage % 2 == 0;
   LatticeCount count;
-  for (int y = bottom; y < top; ++y)
+  for (int y = CeilTo(bottom, half, 0); y < top; y += half)
   {
-    for (int x = left; x < right; ++x)
+    const bool betweenRows = y % edge == half;
+    if (center && !betweenRows)
     {
-      const bool betweenX = x % edge == half;
-      const bool betweenY = y % edge == half;
-      if (x % half == 0 && y % half == 0 && (center ? betweenX && betweenY : betweenX != betweenY))
-      {
-        RefinePixel(scene, step, x, y, half, center, count);
-      }
+      continue;
+    }
+    for (int x = CeilTo(left, edge, center || !betweenRows ? half : 0); x < right; x += edge)
+    {
+      RefinePixel(scene, step, x, y, half, center, count);
     }
   }
   return count;

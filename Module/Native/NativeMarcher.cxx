@@ -549,6 +549,11 @@ std::vector<std::uint32_t> NativeMarcher::Refine(
         std::min(x + edge, scene.Width), std::min(y + edge, scene.Height));
     }
   };
+  const auto any = [&counts](std::uint32_t LatticeCount::*number)
+  {
+    return std::any_of(
+      counts.begin(), counts.end(), [&](const LatticeCount& c) { return c.*number > 0; });
+  };
   std::vector<std::uint32_t> active;
   while (active.empty() && view.LatticeStage > 0)
   {
@@ -561,9 +566,12 @@ std::vector<std::uint32_t> NativeMarcher::Refine(
     else
     {
       sweep(LatticeStep::Judge);
-      sweep(LatticeStep::Spread);
-      chosen = std::any_of(
-        counts.begin(), counts.end(), [](const LatticeCount& c) { return c.Chosen > 0; });
+      chosen = any(&LatticeCount::Surprising);
+      if (chosen)
+      {
+        sweep(LatticeStep::Spread);
+        chosen = any(&LatticeCount::Chosen);
+      }
     }
     if (!chosen)
     {

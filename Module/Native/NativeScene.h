@@ -22,6 +22,7 @@ struct NativeScene
   static constexpr std::uint8_t RayBetween = 4;  ///< of Lattice: it will be interpolated
   /// Of Lattice: it isn't what interpolation would have given.
   static constexpr std::uint8_t RaySurprising = 8;
+  static constexpr std::uint8_t RayJudged = 16; ///< of Lattice: whether it is, is known
   const MarchParameters* Parameters = nullptr;
   const IntervalParameters* Intervals = nullptr;
   const float* Planes = nullptr; ///< PlaneAlongRays, one after the other
@@ -148,11 +149,13 @@ enum class LatticeStep
   Fill,   ///< interpolates what is left
 };
 
-/// Of a tile: pixels that became ones to cast, and of them those that aren't yet.
+/// Of a tile: pixels that became ones to cast, of them those that aren't yet, and those that turned
+/// out surprising.
 struct LatticeCount
 {
   std::uint32_t Chosen = 0;
   std::uint32_t ToCast = 0;
+  std::uint32_t Surprising = 0;
 };
 
 /// One step with the pixels of a tile that stage `stage` of a picture's lattice adds.

@@ -80,8 +80,12 @@ struct MapperFrame
   int Components = 1;
 };
 
+// Floats per pixel become an image; false if there are none.
+bool SetPixels(vtkImageData* image, const std::vector<float>& pixels, int width, int height);
+
 } // namespace teravox
 
+// The class itself, in vtkOutOfCoreVolumeMapper.cxx, draws; Mapper*.cxx have the rest of it.
 class vtkOutOfCoreVolumeMapper::vtkInternals : public teravox::MapperVolume
 {
 public:

@@ -4,11 +4,10 @@
 
 #include "BlockPictures.h"
 #include "MapperInternals.h"
+#include "MapperScene.h"
 #include "PropertyFunctions.h"
 #include "RefinementBoard.h"
 #include "ScalarBrickSource.h"
-#include "ShaderReplacements.h"
-#include "VTKVersions.h"
 #include "VolumePick.h"
 #include "VolumePlace.h"
 #include "VoxelIds.h"
@@ -19,15 +18,12 @@
 #include "vtkCellData.h"
 #include "vtkColorTransferFunction.h"
 #include "vtkCommand.h"
-#include "vtkContourValues.h"
 #include "vtkDataArray.h"
 #include "vtkFloatArray.h"
 #include "vtkHardwareSelector.h"
 #include "vtkImageData.h"
 #include "vtkImplicitFunction.h"
 #include "vtkInformation.h"
-#include "vtkLight.h"
-#include "vtkLightCollection.h"
 #include "vtkMatrix3x3.h"
 #include "vtkMatrix4x4.h"
 #include "vtkMultiVolume.h"
@@ -37,10 +33,7 @@
 #include "vtkOpenGLShaderCache.h"
 #include "vtkOpenGLState.h"
 #include "vtkPiecewiseFunction.h"
-#include "vtkPlane.h"
-#include "vtkPlaneCollection.h"
 #include "vtkPointData.h"
-#include "vtkPropCollection.h"
 #include "vtkRenderWindow.h"
 #include "vtkRenderer.h"
 #include "vtkRendererCollection.h"
@@ -501,307 +494,6 @@ vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetEffectiveHostMemoryBudget()
 
 namespace
 {
-// The sample distance of the picture, adjusted to it in powers of the square root of two.
-int LatticeStagesOf(vtkOutOfCoreVolumeMapper* m)
-{
-  if (!m->GetAutoAdjustSampleDistances())
-  {
-    return 0;
-  }
-  const double most = std::max(static_cast<double>(m->GetMaximumImageSampleDistance()), 1.0);
-  return static_cast<int>(
-    std::min(2 * std::log2(most), static_cast<double>(teravox::MostLatticeStages)));
-}
-
-// A label mask is one only together with labels of the property, and as far as it counts.
-bool HasLabelMask(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p)
-{
-  return m->GetMaskInput() != nullptr &&
-    m->GetMaskType() == vtkGPUVolumeRayCastMapper::LabelMapMaskType &&
-    m->GetMaskBlendFactor() > 0 && !teravox::LabelsOf(p).empty();
-}
-
-bool HasMask(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p)
-{
-  const bool isBinary =
-    m->GetMaskInput() != nullptr && m->GetMaskType() == vtkGPUVolumeRayCastMapper::BinaryMaskType;
-  return isBinary || HasLabelMask(m, p);
-}
-
-// Whether the mask decides what is drawn.
-bool IsMasked(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p, int components)
-{
-  return HasMask(m, p) && components == 1 &&
-    (!HasLabelMask(m, p) || m->GetBlendMode() == vtkVolumeMapper::COMPOSITE_BLEND);
-}
-
-// What VTK's blend mode is here, with the values that belong to it.
-teravox::Projection MakeProjection(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p)
-{
-  teravox::Projection projection;
-  switch (m->GetBlendMode())
-  {
-    case vtkVolumeMapper::MAXIMUM_INTENSITY_BLEND:
-      projection.Kind = teravox::BlendKind::Maximum;
-      break;
-    case vtkVolumeMapper::MINIMUM_INTENSITY_BLEND:
-      projection.Kind = teravox::BlendKind::Minimum;
-      break;
-    case vtkVolumeMapper::AVERAGE_INTENSITY_BLEND:
-    {
-      double range[2];
-      m->GetAverageIPScalarRange(range);
-      projection.Kind = teravox::BlendKind::Average;
-      projection.RangeLow = range[0];
-      projection.RangeHigh = range[1];
-      break;
-    }
-    case vtkVolumeMapper::ADDITIVE_BLEND:
-      projection.Kind = teravox::BlendKind::Additive;
-      break;
-    case vtkVolumeMapper::ISOSURFACE_BLEND:
-    {
-      vtkContourValues* contours = p->GetIsoSurfaceValues();
-      projection.Kind = teravox::BlendKind::Isosurface;
-      projection.IsoValues.assign(
-        contours->GetValues(), contours->GetValues() + contours->GetNumberOfContours());
-      break;
-    }
-    case vtkVolumeMapper::SLICE_BLEND:
-      projection.Kind = teravox::BlendKind::Slice;
-      break;
-    default:
-      break;
-  }
-  return projection;
-}
-
-// Whether a function over value and gradient decides what is drawn.
-bool IsImageDrawn(
-  vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p, const teravox::VolumeInfo& info)
-{
-  return teravox::HasTransferImage(p) && info.Components == 1 && !HasMask(m, p) &&
-    m->GetBlendMode() == vtkVolumeMapper::COMPOSITE_BLEND && teravox::IsImageRange(info.Range);
-}
-
-// Properties of VTK that this mapper doesn't do; each warns once, by name.
-std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p,
-  vtkVolume* v, int components, const teravox::ValueRange& data, bool together)
-{
-  std::vector<std::string> names;
-  const auto check = [&names](bool differs, const char* name)
-  {
-    if (differs)
-    {
-      names.emplace_back(name);
-    }
-  };
-  // Those that a later VTK may add.
-  check(m->GetBlendMode() < vtkVolumeMapper::COMPOSITE_BLEND ||
-      m->GetBlendMode() > vtkVolumeMapper::SLICE_BLEND,
-    "BlendMode");
-  const bool masked = HasMask(m, p);
-  check(m->GetInputCount() > 1 && !together,
-    "SetInputConnection of a port other than 0 without vtkMultiVolume");
-  if (together)
-  {
-    check(m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND, "BlendMode of vtkMultiVolume");
-    check(m->GetMaskInput() != nullptr, "MaskInput of vtkMultiVolume");
-    check(m->GetRenderToImage() != 0, "RenderToImage of vtkMultiVolume");
-    check(m->GetErrorEstimate() != 0, "ErrorEstimate of vtkMultiVolume");
-    check(
-      m->GetDebugView() != vtkOutOfCoreVolumeMapper::NO_DEBUG_VIEW, "DebugView of vtkMultiVolume");
-    check(m->GetBlock() != 0, "Block of vtkMultiVolume");
-  }
-  check(masked && components > 1, "MaskInput with components");
-  check(HasLabelMask(m, p) && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND,
-    "MaskTypeToLabelMap with BlendMode");
-  check(IsMasked(m, p, components) && m->GetImageErrorTolerance() <= 0,
-    "ImageErrorTolerance of 0 with MaskInput");
-  check(m->GetUseJittering() != 0, "UseJittering");
-  check(m->GetUseDepthPass() != 0, "UseDepthPass");
-  check(m->GetFinalColorWindow() == 0, "FinalColorWindow of 0");
-  if (m->GetWarnOfSampling())
-  {
-    check(m->GetImageSampleDistance() != 1.0f, "ImageSampleDistance");
-    check(m->GetMinimumImageSampleDistance() != 1.0f, "MinimumImageSampleDistance");
-    check(m->GetLockSampleDistanceToInputSpacing() != 0, "LockSampleDistanceToInputSpacing");
-    check(m->GetSampleDistance() != 1.0f && m->GetImageErrorTolerance() > 0, "SampleDistance");
-  }
-  check(m->GetReportProgress() != true, "ReportProgress");
-  check(m->GetTransfer2DYAxisArray() != nullptr, "Transfer2DYAxisArray");
-  bool hasGradientOpacity = false;
-  for (int c = 0; c < std::min(components, VTK_MAX_VRCOMP); ++c)
-  {
-    hasGradientOpacity = hasGradientOpacity || teravox::HasGradientOpacity(p, c);
-  }
-  check(hasGradientOpacity && components > 1, "GradientOpacity with components");
-  check(hasGradientOpacity && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND,
-    "GradientOpacity in this BlendMode");
-  check(HasLabelMask(m, p) && m->GetMaskBlendFactor() < 1 &&
-      (hasGradientOpacity || teravox::HasLabelGradientOpacity(p)),
-    "GradientOpacity with MaskBlendFactor");
-  const bool hasImage = teravox::HasTransferImage(p);
-  check(p->GetTransferFunctionMode() != vtkVolumeProperty::TF_1D && !hasImage,
-    "TransferFunctionMode without a TransferFunction2D of four floats per node");
-  check(hasImage && components > 1, "TransferFunction2D with components");
-  check(hasImage && masked, "TransferFunction2D with MaskInput");
-  check(hasImage && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND,
-    "TransferFunction2D in this BlendMode");
-  check(hasImage && !teravox::IsImageRange(data), "TransferFunction2D of data of unknown range");
-  check(components == 3 && p->GetIndependentComponents() == 0,
-    "IndependentComponents off with 3 components");
-  check(!teravox::CanBlendComponents(p, components, MakeProjection(m, p).Kind),
-    "BlendMode with components");
-  check(p->GetUseClippedVoxelIntensity() != 0, "UseClippedVoxelIntensity");
-  check(teravox::HasShaderReplacements(v), "ShaderProperty");
-  check(m->GetBlendMode() == vtkVolumeMapper::ISOSURFACE_BLEND &&
-      p->GetIsoSurfaceValues()->GetNumberOfContours() > static_cast<int>(teravox::MaximumIsoValues),
-    "IsoSurfaceValues beyond the first 256 visible ones");
-  teravox::CheckNewerSettings(m, p, check);
-  return names;
-}
-
-// Where the picture goes, and what is made of its colours on the way.
-void SetOutput(vtkOutOfCoreVolumeMapper* m, teravox::FrameRequest& request)
-{
-  const float window = m->GetFinalColorWindow();
-  if (window != 0)
-  {
-    request.Final.Scale = 1 / window;
-    request.Final.Bias = 0.5f - m->GetFinalColorLevel() / window;
-  }
-  if (m->GetRenderToImage())
-  {
-    request.Show = false;
-    request.HitOpacity = 0; // where anything is seen at all
-    request.CountSamples = false;
-    request.ErrorEstimate = false;
-  }
-}
-
-void SetCuts(vtkOutOfCoreVolumeMapper* mapper, teravox::ViewInput& view)
-{
-  if (vtkPlaneCollection* planes = mapper->GetClippingPlanes())
-  {
-    vtkCollectionSimpleIterator it = nullptr;
-    planes->InitTraversal(it);
-    while (vtkPlane* plane = planes->GetNextPlane(it))
-    {
-      const double* o = plane->GetOrigin();
-      const double* n = plane->GetNormal();
-      view.ClipPlanes.push_back({ { o[0], o[1], o[2] }, { n[0], n[1], n[2] } });
-    }
-  }
-  view.Crop.On = mapper->GetCropping() != 0;
-  view.Crop.Flags = static_cast<std::uint32_t>(mapper->GetCroppingRegionFlags());
-  std::copy_n(mapper->GetCroppingRegionPlanes(), 6, view.Crop.Planes.begin());
-  if (mapper->GetBlock())
-  {
-    const int* extent = mapper->GetBlockExtent();
-    view.Block.emplace();
-    for (std::size_t a = 0; a < 3; ++a)
-    {
-      view.Block->Low[a] = extent[2 * a];
-      view.Block->High[a] = std::int64_t{ extent[2 * a + 1] } + 1;
-    }
-  }
-}
-
-teravox::LightInput ToLight(vtkLight* light)
-{
-  teravox::LightInput result;
-  double position[3];
-  double focus[3];
-  light->GetTransformedPosition(position);
-  light->GetTransformedFocalPoint(focus);
-  for (std::size_t a = 0; a < 3; ++a)
-  {
-    result.Ambient[a] = light->GetAmbientColor()[a] * light->GetIntensity();
-    result.Diffuse[a] = light->GetDiffuseColor()[a] * light->GetIntensity();
-    result.Specular[a] = light->GetSpecularColor()[a] * light->GetIntensity();
-    result.Position[a] = position[a];
-    result.Direction[a] = focus[a] - position[a];
-    result.Attenuation[a] = light->GetAttenuationValues()[a];
-  }
-  result.Positional = light->GetPositional() != 0;
-  result.ConeAngle = light->GetConeAngle();
-  result.Exponent = light->GetExponent();
-  return result;
-}
-
-// One headlight of full intensity is a case of its own, as in VTK: there the ambient part of the
-// material is that of the colour, else of the lights.
-void SetMaterial(
-  vtkRenderer* ren, vtkVolumeProperty* property, int component, teravox::FrameRequest& request)
-{
-  request.Shade = property->GetShade() != 0;
-  request.Material = { static_cast<float>(property->GetAmbient(component)),
-    static_cast<float>(property->GetDiffuse(component)),
-    static_cast<float>(property->GetSpecular(component)),
-    static_cast<float>(property->GetSpecularPower(component)) };
-  request.TwoSided = ren->GetTwoSidedLighting() != 0;
-  request.LightDiffuse = { 0, 0, 0 };
-  request.LightSpecular = { 0, 0, 0 };
-  bool headlight = true;
-  vtkCollectionSimpleIterator it = nullptr;
-  ren->GetLights()->InitTraversal(it);
-  while (vtkLight* light = ren->GetLights()->GetNextLight(it))
-  {
-    if (light->GetSwitch() == 0)
-    {
-      continue;
-    }
-    headlight = headlight && request.Lights.empty() && light->LightTypeIsHeadlight() != 0 &&
-      light->GetPositional() == 0 && light->GetIntensity() == 1;
-    if (headlight)
-    {
-      for (std::size_t c = 0; c < 3; ++c)
-      {
-        request.LightDiffuse[c] =
-          static_cast<float>(light->GetDiffuseColor()[c] * light->GetIntensity());
-        request.LightSpecular[c] =
-          static_cast<float>(light->GetSpecularColor()[c] * light->GetIntensity());
-      }
-    }
-    request.Lights.push_back(ToLight(light));
-  }
-  if (request.Lights.empty())
-  {
-    request.Material[0] = 0; // the ambient part is of a light, too
-  }
-  if (headlight)
-  {
-    request.Lights.clear();
-  }
-}
-
-// Whether the depth buffer may hold anything when this volume is drawn. No only where that is
-// certain: what else passes, other renderers and an application of its own draw isn't known here.
-bool MayMeetGeometry(vtkRenderer* ren, vtkVolume* vol)
-{
-  vtkRenderWindow* window = ren->GetRenderWindow();
-  if (ren->GetPass() != nullptr || ren->GetPreserveDepthBuffer() != 0 || ren->GetErase() == 0 ||
-    window->GetErase() == 0 || ren->GetTexturedBackground() || ren->GetGradientBackground())
-  {
-    return true;
-  }
-  vtkCollectionSimpleIterator it = nullptr;
-  vtkPropCollection* props = ren->GetViewProps();
-  props->InitTraversal(it);
-  while (vtkProp* prop = props->GetNextProp(it))
-  {
-    if (prop != vol && prop->GetVisibility() != 0)
-    {
-      return true;
-    }
-  }
-  return false;
-}
-} // namespace
-
-namespace
-{
 // A pass of hardware selection that asks for the numbers of points or cells, in two parts.
 struct IdPass
 {
@@ -993,17 +685,18 @@ std::optional<teravox::MapperFrame> vtkOutOfCoreVolumeMapper::vtkInternals::Prep
   std::shared_ptr<teravox::BrickSource> source = ScalarsOf(mapper, part, property, drawn.Source);
   const int components = frame.Components = source->Info().Components;
   for (const std::string& name :
-    FindUnsupported(mapper, property, volume, components, source->Info().Range, together))
+    teravox::FindUnsupported(mapper, property, volume, components, source->Info().Range, together))
   {
     this->WarnOnce(
       mapper, name, name + " isn't supported by out-of-core rendering yet and is ignored.");
   }
 
-  const bool masked = !together && IsMasked(mapper, property, components);
+  const bool masked = !together && teravox::IsMasked(mapper, property, components);
   if (masked)
   {
     source = part.Mask.Find(source, m.MaskInput,
-      HasLabelMask(mapper, property) ? teravox::LabelsOf(property) : std::vector<std::int64_t>(),
+      teravox::HasLabelMask(mapper, property) ? teravox::LabelsOf(property)
+                                              : std::vector<std::int64_t>(),
       error);
     if (!source)
     {
@@ -1039,25 +732,25 @@ std::optional<teravox::MapperFrame> vtkOutOfCoreVolumeMapper::vtkInternals::Prep
   request.Camera.MinimumLevel = m.MinimumLevel;
   request.Camera.MaximumLevel = m.MaximumLevel;
   request.Camera.CellData = drawn.CellData;
-  SetCuts(mapper, request.Camera);
+  teravox::SetCuts(mapper, request.Camera);
   request.Nearest = property->GetInterpolationType() == VTK_NEAREST_INTERPOLATION;
-  SetMaterial(ren, property, part.FunctionComponent, request);
+  teravox::SetMaterial(ren, property, part.FunctionComponent, request);
   // Steps of a given length don't end where a mask does.
   request.Tolerance = masked && m.ImageErrorTolerance <= 0 ? teravox::FrameRequest().Tolerance
                                                            : m.ImageErrorTolerance;
   request.SampleDistance = static_cast<double>(m.SampleDistance);
-  request.LatticeStages = LatticeStagesOf(mapper);
+  request.LatticeStages = teravox::LatticeStagesOf(mapper);
   request.EmptySpaceSkipping = m.EmptySpaceSkipping != 0;
   request.ReusePicture = m.PictureReuse != 0;
-  request.UseDepth = MayMeetGeometry(ren, prop);
+  request.UseDepth = teravox::MayMeetGeometry(ren, prop);
   request.CountSamples = m.CountSamples != 0;
   request.ShowLevel = m.DebugView == LEVELS;
   request.ShowSamples = m.DebugView == SAMPLES_PER_PIXEL;
   request.ShowFrames = m.DebugView == BRICK_FRAMES;
   request.ErrorEstimate = m.ErrorEstimate != 0;
   request.RecordBricks = m.RecordBricks != 0;
-  SetOutput(mapper, request);
-  const teravox::Projection projection = MakeProjection(mapper, property);
+  teravox::SetOutput(mapper, request);
+  const teravox::Projection projection = teravox::MakeProjection(mapper, property);
   if (!together && !request.ShowLevel &&
     teravox::CanBlendComponents(property, components, projection.Kind))
   {
@@ -1138,7 +831,7 @@ std::optional<teravox::MapperFrame> vtkOutOfCoreVolumeMapper::vtkInternals::Prep
       masked ? teravox::LabelTime(property) : 0, teravox::ImageTime(property) });
   const teravox::RangeChoice range{ source->Info().Range, m.ColorRangeType == NATIVE,
     m.ScalarOpacityRangeType == NATIVE, m.GradientOpacityRangeType == NATIVE,
-    IsImageDrawn(mapper, property, source->Info()) };
+    teravox::IsImageDrawn(mapper, property, source->Info()) };
   // How the function is sampled depends on the values of the source and on the size of its voxels.
   if (part.FunctionOf != property || part.FunctionTime != functionTime ||
     part.FunctionVersion == 0 || part.FunctionFor != source || !(part.FunctionRange == range) ||
@@ -1159,7 +852,7 @@ std::optional<teravox::MapperFrame> vtkOutOfCoreVolumeMapper::vtkInternals::Prep
     else
     {
       const auto blend = static_cast<double>(m.MaskBlendFactor);
-      part.Engine.SetTransferFunction(masked && HasLabelMask(mapper, property)
+      part.Engine.SetTransferFunction(masked && teravox::HasLabelMask(mapper, property)
           ? teravox::MakeLabelFunctions(property, range, blend)
           : teravox::MakeTransferFunction(property, part.FunctionComponent, range),
         part.FunctionVersion);
@@ -1408,452 +1101,6 @@ vtkIdType vtkOutOfCoreVolumeMapper::AddBrickWeights(vtkBlockSplit* split, vtkDou
   const auto& met = this->Internals->Engine.BricksMet();
   split->AddWeights({ met.begin(), met.end() }, weights);
   return static_cast<vtkIdType>(met.size());
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetBytesRead()
-{
-  return this->Internals->Total(&teravox::VolumeEngine::BytesRead);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetBytesUploaded()
-{
-  return this->Internals->Total(&teravox::VolumeEngine::BytesUploaded);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetPageTableBytesUploaded()
-{
-  return this->Internals->Total(&teravox::VolumeEngine::PageTableBytesUploaded);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfBricksLoaded()
-{
-  return this->Internals->Total(&teravox::VolumeEngine::BricksLoaded);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfFailedBricks()
-{
-  return this->Internals->Total(&teravox::VolumeEngine::FailedBricks);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfFailedPageBlocks()
-{
-  return this->Internals->Total(&teravox::VolumeEngine::FailedPageBlocks);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfEvictions()
-{
-  return this->Internals->Total(&teravox::VolumeEngine::Evictions);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfPageBlockEvictions()
-{
-  return this->Internals->Total(&teravox::VolumeEngine::PageBlockEvictions);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfSlots()
-{
-  vtkTypeUInt64 slots = 0;
-  this->Internals->ForEachVolume([&](teravox::MapperVolume& v) { slots += v.Engine.Plan().Slots; });
-  return slots;
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfSlotsInUse()
-{
-  return this->Internals->Total(&teravox::VolumeEngine::SlotsInUse);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetGPUMemoryUsed()
-{
-  std::uint64_t used = this->Internals->MixBytes;
-  this->Internals->ForEachVolume([&](teravox::MapperVolume& v) { used += v.Engine.Memory().Used; });
-  return used;
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetPeakGPUMemoryUsed()
-{
-  std::uint64_t peak = this->Internals->MixBytes;
-  this->Internals->ForEachVolume([&](teravox::MapperVolume& v) { peak += v.Engine.Memory().Peak; });
-  return peak;
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetHostMemoryUsed()
-{
-  return this->Internals->Total(&teravox::VolumeEngine::HostMemoryUsed);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetPeakHostMemoryUsed()
-{
-  return this->Internals->Total(&teravox::VolumeEngine::PeakHostMemoryUsed);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetAddressingMemoryUsed()
-{
-  return this->Internals->Total(&teravox::VolumeEngine::AddressingBytes);
-}
-
-bool vtkOutOfCoreVolumeMapper::IsMarcherNative()
-{
-  return this->Internals->Engine.Plan().Native;
-}
-
-int vtkOutOfCoreVolumeMapper::GetMaximumTextureSize()
-{
-  const teravox::VolumeEngine& engine = this->Internals->Engine;
-  return engine.Plan().Slots != 0 ? static_cast<int>(engine.PlannedFor().MaximumTextureSize) : 0;
-}
-
-double vtkOutOfCoreVolumeMapper::GetTimeToFirstPicture()
-{
-  return this->Internals->FirstPicture;
-}
-
-double vtkOutOfCoreVolumeMapper::GetTimeToConverged()
-{
-  return this->Internals->ConvergedAfter;
-}
-
-double vtkOutOfCoreVolumeMapper::GetFrameErrorTolerance()
-{
-  return this->Internals->Engine.LastFrame().Tolerance;
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfSamples()
-{
-  return this->Internals->FrameTotal(&teravox::FrameStatistics::Samples);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfEvaluatedSamples()
-{
-  return this->Internals->FrameTotal(&teravox::FrameStatistics::EvaluatedSamples);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfGradients()
-{
-  return this->Internals->FrameTotal(&teravox::FrameStatistics::Gradients);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfVisits()
-{
-  return this->Internals->FrameTotal(&teravox::FrameStatistics::Visits);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfContributingSamples()
-{
-  return this->Internals->FrameTotal(&teravox::FrameStatistics::ContributingSamples);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfPasses()
-{
-  return this->Internals->FrameTotal(&teravox::FrameStatistics::Passes);
-}
-
-vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetNumberOfOperations()
-{
-  return this->Internals->Total(&teravox::VolumeEngine::Operations);
-}
-
-namespace
-{
-bool SetPixels(vtkImageData* image, const std::vector<float>& pixels, int width, int height)
-{
-  if (pixels.empty())
-  {
-    return false;
-  }
-  image->SetDimensions(width, height, 1);
-  const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  image->AllocateScalars(VTK_FLOAT, static_cast<int>(pixels.size() / count));
-  std::copy(pixels.begin(), pixels.end(), static_cast<float*>(image->GetScalarPointer()));
-  return true;
-}
-} // namespace
-
-bool vtkOutOfCoreVolumeMapper::GetColorAccumulator(vtkImageData* image)
-{
-  vtkInternals& in = *this->Internals;
-  if (!image || !in.Window || !in.LastView)
-  {
-    return false;
-  }
-  int width = 0;
-  int height = 0;
-  const std::vector<float> colors = in.ReadColors(width, height);
-  return SetPixels(image, colors, width, height);
-}
-
-namespace
-{
-std::vector<float> PixelsOf(vtkImageData* image)
-{
-  auto* scalars = vtkFloatArray::SafeDownCast(image->GetPointData()->GetScalars());
-  return scalars ? std::vector<float>(
-                     scalars->GetPointer(0), scalars->GetPointer(0) + scalars->GetNumberOfValues())
-                 : std::vector<float>();
-}
-} // namespace
-
-bool vtkOutOfCoreVolumeMapper::GetGatheredImage(vtkImageData* gathered)
-{
-  const vtkInternals& in = *this->Internals;
-  if (!gathered || !in.Window || !in.LastView)
-  {
-    return false;
-  }
-  int width = 0;
-  int height = 0;
-  const std::vector<float> pixels = in.Engine.ReadGathered(in.LastView, width, height);
-  return SetPixels(gathered, pixels, width, height);
-}
-
-bool vtkOutOfCoreVolumeMapper::JoinGatheredImage(vtkImageData* sum, vtkImageData* more)
-{
-  const vtkInternals& in = *this->Internals;
-  const auto shown = in.Shown_.find(in.LastRenderer);
-  std::vector<float> rays = PixelsOf(sum);
-  const std::vector<float> others = PixelsOf(more);
-  if (shown == in.Shown_.end() || rays.empty() || rays.size() != others.size() ||
-    sum->GetNumberOfScalarComponents() != more->GetNumberOfScalarComponents())
-  {
-    vtkErrorMacro("Only images of GetGatheredImage() of the same size can be joined.");
-    return false;
-  }
-  const teravox::BlendKind blend = shown->second.Request.Blend.Kind;
-  const auto channels = static_cast<std::size_t>(sum->GetNumberOfScalarComponents());
-  const int components = shown->second.Components;
-  if (teravox::GatheredChannels(blend, components) != sum->GetNumberOfScalarComponents())
-  {
-    vtkErrorMacro("Only images that belong to the mapper's blend mode can be joined.");
-    return false;
-  }
-  for (std::size_t i = 0; i < rays.size(); i += channels)
-  {
-    teravox::JoinRays(blend, components, &others[i], &rays[i]);
-  }
-  std::copy(rays.begin(), rays.end(), static_cast<float*>(sum->GetScalarPointer()));
-  sum->Modified();
-  return true;
-}
-
-bool vtkOutOfCoreVolumeMapper::ResolveGatheredImage(vtkImageData* gathered, vtkImageData* colors)
-{
-  vtkInternals& in = *this->Internals;
-  std::vector<float> resolved;
-  if (in.Window && in.LastView)
-  {
-    in.Window->MakeCurrent();
-    in.Window->GetShaderCache()->ReleaseCurrentShader();
-    resolved = in.Engine.ResolveGathered(in.LastView, PixelsOf(gathered));
-  }
-  int size[3];
-  gathered->GetDimensions(size);
-  if (!SetPixels(colors, resolved, size[0], size[1]))
-  {
-    vtkErrorMacro("What rays gathered becomes colours by the functions of a last frame of the same "
-                  "size, of a block, in the blend mode maximum, minimum, average or additive.");
-    return false;
-  }
-  return true;
-}
-
-bool vtkOutOfCoreVolumeMapper::GetOpacityTiles(vtkFloatArray* tiles)
-{
-  static_assert(OpacityTileSize == teravox::OpacityTileEdge);
-  vtkInternals& in = *this->Internals;
-  if (!tiles || !in.Window || !in.LastView)
-  {
-    return false;
-  }
-  int width = 0;
-  int height = 0;
-  const std::vector<float> colors = in.ReadColors(width, height);
-  if (colors.empty())
-  {
-    return false;
-  }
-  const std::vector<float> least = teravox::LeastOpacities(colors, width, height);
-  tiles->SetNumberOfComponents(1);
-  tiles->SetNumberOfTuples(static_cast<vtkIdType>(least.size()));
-  std::copy(least.begin(), least.end(), tiles->GetPointer(0));
-  return true;
-}
-
-void vtkOutOfCoreVolumeMapper::SuspectHidden(vtkFloatArray* inFront)
-{
-  vtkInternals& in = *this->Internals;
-  in.Confirmed = nullptr;
-  in.Suspected = inFront ? std::make_shared<const std::vector<float>>(inFront->GetPointer(0),
-                             inFront->GetPointer(0) + inFront->GetNumberOfValues())
-                         : nullptr;
-}
-
-bool vtkOutOfCoreVolumeMapper::ConfirmHidden(vtkFloatArray* inFront)
-{
-  vtkInternals& in = *this->Internals;
-  const auto shown = in.Shown_.find(in.LastRenderer);
-  const vtkIdType tiles = shown == in.Shown_.end()
-    ? 0
-    : vtkIdType{ teravox::OpacityTilesAlong(shown->second.Request.Camera.Width) } *
-      teravox::OpacityTilesAlong(shown->second.Request.Camera.Height);
-  if (!inFront || !in.Suspected || tiles == 0 || inFront->GetNumberOfValues() != tiles)
-  {
-    vtkErrorMacro(
-      "What hides a block is confirmed after a frame in which it was suspected, with one "
-      "opacity for each of its tiles.");
-    return false;
-  }
-  in.Confirmed = std::make_shared<const std::vector<float>>(
-    inFront->GetPointer(0), inFront->GetPointer(0) + inFront->GetNumberOfValues());
-  in.ConfirmedFor = shown->second;
-  return true;
-}
-
-namespace
-{
-bool IsSamePlane(const teravox::ClipPlane& a, const teravox::ClipPlane& b)
-{
-  return a.Origin == b.Origin && a.Normal == b.Normal;
-}
-
-// Whether opacities of two pictures are the same, data and functions aside.
-bool AreOpacitiesOfOneView(const teravox::FrameRequest& a, const teravox::FrameRequest& b)
-{
-  const teravox::ViewInput& v = a.Camera;
-  const teravox::ViewInput& w = b.Camera;
-  return a.View == b.View && v.ViewFromWorld == w.ViewFromWorld &&
-    v.ClipFromView == w.ClipFromView && v.DatasetFromVoxel == w.DatasetFromVoxel &&
-    v.WorldFromDataset == w.WorldFromDataset && v.Width == w.Width && v.Height == w.Height &&
-    v.LevelBias == w.LevelBias && v.MinimumLevel == w.MinimumLevel &&
-    v.MaximumLevel == w.MaximumLevel && v.CellData == w.CellData && v.Block == w.Block &&
-    std::equal(v.ClipPlanes.begin(), v.ClipPlanes.end(), w.ClipPlanes.begin(), w.ClipPlanes.end(),
-      IsSamePlane) &&
-    v.Crop.On == w.Crop.On && v.Crop.Planes == w.Crop.Planes && v.Crop.Flags == w.Crop.Flags &&
-    a.Blend.Kind == b.Blend.Kind && a.Blend.IsoValues == b.Blend.IsoValues &&
-    a.SliceDepths == b.SliceDepths && a.Nearest == b.Nearest && a.Tolerance == b.Tolerance;
-}
-} // namespace
-
-// A confirmation is of one view; what was hidden there may be seen in another.
-void vtkOutOfCoreVolumeMapper::vtkInternals::ChooseHidden(
-  teravox::FrameRequest& request, const std::shared_ptr<teravox::BrickSource>& source)
-{
-  if (this->Confirmed &&
-    !(AreOpacitiesOfOneView(this->ConfirmedFor.Request, request) &&
-      this->ConfirmedFor.FunctionVersion == this->FunctionVersion &&
-      this->ConfirmedFor.Source == source))
-  {
-    this->Confirmed = nullptr;
-    this->Suspected = nullptr;
-  }
-  request.SuspectedInFront = this->Suspected;
-  request.ConfirmedInFront = this->Confirmed;
-}
-
-bool vtkOutOfCoreVolumeMapper::GetErrorEstimateImage(vtkImageData* image)
-{
-  vtkInternals& in = *this->Internals;
-  if (!image || !in.Window || !in.LastView)
-  {
-    return false;
-  }
-  in.Window->MakeCurrent();
-  int width = 0;
-  int height = 0;
-  const std::vector<float> errors = in.Engine.ReadErrors(in.LastView, width, height);
-  return SetPixels(image, errors, width, height);
-}
-
-std::vector<teravox::PickPart> vtkOutOfCoreVolumeMapper::vtkInternals::Pickable(
-  vtkRenderer* renderer)
-{
-  std::vector<teravox::PickPart> parts;
-  const auto shown = this->Shown_.find(renderer);
-  if (shown != this->Shown_.end() && shown->second.FunctionVersion == this->FunctionVersion &&
-    shown->second.Source == this->Timed)
-  {
-    parts.push_back({ &this->Engine, shown->second.Request, shown->second.Source });
-  }
-  const auto together = this->Together.find(renderer);
-  if (together != this->Together.end())
-  {
-    for (const ShownTogether& one : together->second)
-    {
-      if (one.FunctionVersion != one.Volume->FunctionVersion ||
-        one.Part.Source != one.Volume->Timed)
-      {
-        return {};
-      }
-      parts.push_back(one.Part);
-    }
-  }
-  return parts;
-}
-
-bool vtkOutOfCoreVolumeMapper::Pick(
-  vtkRenderer* renderer, double displayX, double displayY, double opacity)
-{
-  vtkInternals& in = *this->Internals;
-  const std::vector<teravox::PickPart> parts = in.Pickable(renderer);
-  if (!in.Window || parts.empty())
-  {
-    vtkWarningMacro("There is nothing to pick: this mapper has to have drawn in the renderer.");
-    return false;
-  }
-  const teravox::FrameRequest& request = parts[0].Request;
-  const int x = static_cast<int>(std::floor(displayX)) - request.X;
-  const int y = static_cast<int>(std::floor(displayY)) - request.Y;
-  if (x < 0 || y < 0 || x >= request.Camera.Width || y >= request.Camera.Height)
-  {
-    return false;
-  }
-  in.Window->MakeCurrent();
-  in.Window->GetShaderCache()->ReleaseCurrentShader();
-  const double threshold = std::clamp(opacity, 0.0, 1.0);
-  const auto picked = parts.size() == 1
-    ? teravox::PickVolume(*parts[0].Engine, request, *parts[0].Source, x, y, threshold)
-    : teravox::PickTogether(parts, x, y, threshold);
-  if (!picked)
-  {
-    vtkErrorMacro(<< picked.GetStatus().Message());
-    return false;
-  }
-  if (!picked.Value())
-  {
-    return false;
-  }
-  const teravox::VolumePick& place = *picked.Value();
-  std::copy_n(place.Position.begin(), 3, this->PickPosition);
-  this->PickLevel = place.Level;
-  this->PickValue = place.Value;
-  return true;
-}
-
-void vtkOutOfCoreVolumeMapper::GetColorImage(vtkImageData* image)
-{
-  vtkInternals& in = *this->Internals;
-  const std::optional<teravox::FirstHits> hits = in.ReadHits();
-  if (!image || !hits)
-  {
-    vtkWarningMacro("There is no colour image: RenderToImage has to be on when a frame is drawn.");
-    return;
-  }
-  int width = 0;
-  int height = 0;
-  const std::vector<float> colors = in.Engine.ReadColors(in.LastView, width, height);
-  const teravox::FrameRequest& request = in.Shown_.at(in.LastRenderer).Request;
-  teravox::FillColorImage(image, colors, *hits, request.Camera, request.Final);
-}
-
-void vtkOutOfCoreVolumeMapper::GetDepthImage(vtkImageData* image)
-{
-  vtkInternals& in = *this->Internals;
-  const std::optional<teravox::FirstHits> hits = in.ReadHits();
-  if (!image || !hits)
-  {
-    vtkWarningMacro("There is no depth image: RenderToImage has to be on when a frame is drawn.");
-    return;
-  }
-  teravox::FillDepthImage(image, *hits, in.Shown_.at(in.LastRenderer).Request.Camera,
-    this->DepthImageScalarType, this->ClampDepthToBackface != 0);
 }
 
 std::string vtkOutOfCoreVolumeMapper::CheckInvariants()

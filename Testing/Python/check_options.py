@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """docs/vtk-options.md against VTK's classes and against the mapper.
 
-    check_options.py docs/vtk-options.md vtkOutOfCoreVolumeMapper.cxx
+    check_options.py docs/vtk-options.md MapperScene.cxx
 
 Each Set... and Select... that VTK has is in the table, and nothing else. Each setter is called with
 a value that isn't the default: a warned one gives one warning by name, however often it is drawn;

@@ -5,7 +5,7 @@
 # Mutated files of every format, chunks and XML under clang's address and undefined-behaviour
 # sanitizers.
 #
-#   fuzz.sh [number of inputs per target, default 100000] [target...]
+#   fuzz.sh [number of new inputs per target, default 100000] [target...]
 #
 # Builds in build/fuzz (TERAVOX_BUILD_DIR changes build/). What it finds lies in build/fuzz/found. The
 # exit code is 0 if nothing was found but crashes and hangs of the HDF5 library itself, which are counted.
@@ -48,12 +48,16 @@ for target in "${targets[@]}"; do
   while [ "$left" -gt 0 ]; do
     log=$build/$target.log
     result=0
-    "$binary" -runs="$left" -seed="$seed" \
+    known=$(find "$corpus" "$seeds/$target" -type f | wc -l)
+    "$binary" -runs="$((left + known))" -seed="$seed" \
       -timeout=20 -rss_limit_mb=2048 -malloc_limit_mb=1024 -max_len=300000 -print_final_stats=1 \
       -artifact_prefix="$build/found/$target-" "$corpus" "$seeds/$target" >"$log" 2>&1 || result=$?
     done_now=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -1)
     [ -n "$done_now" ] || done_now=$(grep -oE '^#[0-9]+' "$log" | tail -1 | tr -d '#')
-    left=$((left - ${done_now:-1}))
+    # What is known from before is run again by each start, and isn't counted.
+    known=$(sed -n 's/^#\([0-9]*\)[[:space:]]*INITED.*/\1/p' "$log" | tail -1)
+    new=$((${done_now:-0} - ${known:-${done_now:-0}}))
+    left=$((left - (new > 0 ? new : 1)))
     seed=$((seed + 1))
     [ "$result" -ne 0 ] || break
     # The innermost frame outside of the C library and of the sanitizers tells whose fault it is; of a

@@ -144,14 +144,15 @@ std::shared_ptr<const RayDepths> ToWindow(const std::vector<MixedRays::Stretch>&
   return depths;
 }
 
-// Of a picture whose colours are mixed with others: nothing is shown, and nothing but colours kept.
-FrameRequest ForMixing(const VolumeMixer::Part& part)
+// Of a picture whose colours are mixed with others: nothing is shown, and nothing but colours kept,
+// and of whole rays first hits.
+FrameRequest ForMixing(const VolumeMixer::Part& part, bool isWhole = false)
 {
   FrameRequest request = part.Request;
   request.Show = false;
   request.Final.PropColor = std::nullopt;
   request.ErrorEstimate = false;
-  request.HitOpacity = std::nullopt;
+  request.HitOpacity = isWhole ? request.HitOpacity : std::nullopt;
   request.ShowLevel = false;
   request.ShowSamples = false;
   request.ShowFrames = false;
@@ -233,7 +234,7 @@ Status VolumeMixer::Render(std::vector<Part>& parts, const void* scratch)
   double tolerance = 0;
   for (Part& part : parts)
   {
-    if (Status status = part.Engine->Render(ForMixing(part)); !status)
+    if (Status status = part.Engine->Render(ForMixing(part, true)); !status)
     {
       return status;
     }

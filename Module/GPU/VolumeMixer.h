@@ -23,7 +23,7 @@ public:
   struct Part
   {
     VolumeEngine* Engine = nullptr;
-    FrameRequest Request; ///< Show and Final are those of the first; no debug views, no HitOpacity
+    FrameRequest Request; ///< Show and Final are those of the first; no debug views
     Int3 Voxels{};        ///< of level 0
   };
   /// GL. Draws one frame; `scratch`: a view for the stretches, of the same size. Frames that aren't

@@ -19,8 +19,10 @@ namespace
 {
 // The depth at which a ray that sees the volume's box leaves it, or meets the far plane; nothing if
 // it misses the box or opaque geometry lies before it.
-std::optional<double> LeavesBox(const FirstHits& hits, const ViewInput& camera, int column, int row)
+std::optional<double> LeavesBox(const SeenVolume& volume, int column, int row)
 {
+  const FirstHits& hits = volume.Hits;
+  const ViewInput& camera = volume.Camera;
   const ViewGeometry& geometry = *hits.Geometry;
   const double x = column + 0.5;
   const double y = row + 0.5;
@@ -70,9 +72,10 @@ void Allocate(vtkImageData* image, const ViewInput& camera, int type, int compon
 }
 } // namespace
 
-void FillColorImage(vtkImageData* image, const std::vector<float>& colors, const FirstHits& hits,
-  const ViewInput& camera, const Composition& how)
+void FillColorImage(vtkImageData* image, const std::vector<float>& colors,
+  const std::vector<SeenVolume>& volumes, const Composition& how)
 {
+  const ViewInput& camera = volumes.front().Camera;
   Allocate(image, camera, VTK_UNSIGNED_CHAR, 4);
   auto* out = static_cast<std::uint8_t*>(image->GetScalarPointer());
   const auto byte = [](float c)
@@ -83,7 +86,9 @@ void FillColorImage(vtkImageData* image, const std::vector<float>& colors, const
     for (int x = 0; x < camera.Width; ++x, i += 4)
     {
       const float alpha = colors[i + 3];
-      const bool seen = alpha > 0 || LeavesBox(hits, camera, x, y);
+      const bool seen = alpha > 0 ||
+        std::any_of(volumes.begin(), volumes.end(),
+          [&](const SeenVolume& volume) { return LeavesBox(volume, x, y).has_value(); });
       for (std::size_t c = 0; c < 3; ++c)
       {
         out[i + c] = seen ? byte(colors[i + c] * how.Scale + how.Bias * alpha) : 255;
@@ -93,28 +98,33 @@ void FillColorImage(vtkImageData* image, const std::vector<float>& colors, const
   }
 }
 
-void FillDepthImage(vtkImageData* image, const FirstHits& hits, const ViewInput& camera,
-  int scalarType, bool backface)
+void FillDepthImage(
+  vtkImageData* image, const std::vector<SeenVolume>& volumes, int scalarType, bool backface)
 {
-  std::vector<double> depths(hits.DepthAndLevel.size() / 2, 1.0);
-  std::size_t i = 0;
+  const ViewInput& camera = volumes.front().Camera;
+  std::vector<double> depths;
+  depths.reserve(volumes.front().Hits.DepthAndLevel.size() / 2);
   for (int y = 0; y < camera.Height; ++y)
   {
-    for (int x = 0; x < camera.Width; ++x, ++i)
+    for (int x = 0; x < camera.Width; ++x)
     {
-      std::optional<double> depth;
-      if (hits.DepthAndLevel[2 * i] < NativeView::NoHit)
+      std::optional<double> first;
+      std::optional<double> last;
+      for (const SeenVolume& volume : volumes)
       {
-        depth = hits.DepthAndLevel[2 * i];
+        const auto inWindow = [&](double depth)
+        { return volume.Hits.Geometry->WindowOfDepth(volume.Camera, x + 0.5, y + 0.5, depth); };
+        const float hit = volume.Hits.DepthAndLevel[2 * depths.size()];
+        if (hit < NativeView::NoHit)
+        {
+          first = std::min(first.value_or(1.0), inWindow(static_cast<double>(hit)));
+        }
+        if (const auto leaves = backface ? LeavesBox(volume, x, y) : std::nullopt)
+        {
+          last = std::max(last.value_or(0.0), inWindow(*leaves));
+        }
       }
-      else if (backface)
-      {
-        depth = LeavesBox(hits, camera, x, y);
-      }
-      if (depth)
-      {
-        depths[i] = hits.Geometry->WindowOfDepth(camera, x + 0.5, y + 0.5, *depth);
-      }
+      depths.push_back(first.value_or(last.value_or(1.0)));
     }
   }
   const bool isInteger = scalarType == VTK_UNSIGNED_CHAR || scalarType == VTK_UNSIGNED_SHORT;

@@ -195,7 +195,9 @@ public:
     teravox::PickPart Part;
   };
   std::map<const void*, std::vector<ShownTogether>> Together;
-  // What was drawn last in a renderer, if that is still the same volumes with the same functions.
+  // What was drawn last in a renderer; and only if that is still the same volumes with the same
+  // functions.
+  std::vector<teravox::PickPart> DrawnIn(const void* renderer);
   std::vector<teravox::PickPart> Pickable(vtkRenderer* renderer);
 
   // What blocks in front of the drawn one hide; confirmed for what was drawn last then.
@@ -225,14 +227,6 @@ public:
                                 : this->Mixer.ReadColors(this->LastView, width, height);
   }
 
-  // Of the last frame; nothing if that looked for none.
-  std::optional<teravox::FirstHits> ReadHits()
-  {
-    if (!this->Window || !this->LastView)
-    {
-      return std::nullopt;
-    }
-    this->Window->MakeCurrent();
-    return this->Engine.ReadFirstHits(this->LastView);
-  }
+  // First hits of each volume that was drawn; nothing if that looked for none.
+  std::vector<teravox::SeenVolume> ReadHits(const std::vector<teravox::PickPart>& parts);
 };

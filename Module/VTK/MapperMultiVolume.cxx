@@ -128,7 +128,6 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::RenderTogether(
   {
     BeginProp(selector, request);
   }
-  request.Show = true;
   // Where the colours of all are, in the first one's engine.
   const void* shown = others.empty() ? request.View : ScratchOf(request.View);
   teravox::Status status;

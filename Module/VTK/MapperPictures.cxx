@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 bool teravox::SetPixels(
   vtkImageData* image, const std::vector<float>& pixels, int width, int height)
@@ -50,30 +51,41 @@ bool vtkOutOfCoreVolumeMapper::GetErrorEstimateImage(vtkImageData* image)
   return teravox::SetPixels(image, errors, width, height);
 }
 
-std::vector<teravox::PickPart> vtkOutOfCoreVolumeMapper::vtkInternals::Pickable(
-  vtkRenderer* renderer)
+std::vector<teravox::PickPart> vtkOutOfCoreVolumeMapper::vtkInternals::DrawnIn(const void* renderer)
 {
   std::vector<teravox::PickPart> parts;
   const auto shown = this->Shown_.find(renderer);
-  if (shown != this->Shown_.end() && shown->second.FunctionVersion == this->FunctionVersion &&
-    shown->second.Source == this->Timed)
+  if (shown != this->Shown_.end())
   {
     parts.push_back({ &this->Engine, shown->second.Request, shown->second.Source });
   }
   const auto together = this->Together.find(renderer);
   if (together != this->Together.end())
   {
-    for (const ShownTogether& one : together->second)
-    {
-      if (one.FunctionVersion != one.Volume->FunctionVersion ||
-        one.Part.Source != one.Volume->Timed)
-      {
-        return {};
-      }
-      parts.push_back(one.Part);
-    }
+    std::transform(together->second.begin(), together->second.end(), std::back_inserter(parts),
+      [](const ShownTogether& one) { return one.Part; });
   }
   return parts;
+}
+
+std::vector<teravox::PickPart> vtkOutOfCoreVolumeMapper::vtkInternals::Pickable(
+  vtkRenderer* renderer)
+{
+  const auto shown = this->Shown_.find(renderer);
+  bool same = shown == this->Shown_.end() ||
+    (shown->second.FunctionVersion == this->FunctionVersion && shown->second.Source == this->Timed);
+  const auto together = this->Together.find(renderer);
+  if (together != this->Together.end())
+  {
+    same = same &&
+      std::all_of(together->second.begin(), together->second.end(),
+        [](const ShownTogether& one)
+        {
+          return one.FunctionVersion == one.Volume->FunctionVersion &&
+            one.Part.Source == one.Volume->Timed;
+        });
+  }
+  return same ? this->DrawnIn(renderer) : std::vector<teravox::PickPart>();
 }
 
 bool vtkOutOfCoreVolumeMapper::Pick(
@@ -115,31 +127,52 @@ bool vtkOutOfCoreVolumeMapper::Pick(
   return true;
 }
 
+std::vector<teravox::SeenVolume> vtkOutOfCoreVolumeMapper::vtkInternals::ReadHits(
+  const std::vector<teravox::PickPart>& parts)
+{
+  std::vector<teravox::SeenVolume> volumes;
+  if (!this->Window || !this->LastView)
+  {
+    return volumes;
+  }
+  this->Window->MakeCurrent();
+  for (const teravox::PickPart& part : parts)
+  {
+    std::optional<teravox::FirstHits> hits = part.Engine->ReadFirstHits(part.Request.View);
+    if (!hits)
+    {
+      return {};
+    }
+    volumes.push_back({ *std::move(hits), part.Request.Camera });
+  }
+  return volumes;
+}
+
 void vtkOutOfCoreVolumeMapper::GetColorImage(vtkImageData* image)
 {
   vtkInternals& in = *this->Internals;
-  const std::optional<teravox::FirstHits> hits = in.ReadHits();
-  if (!image || !hits)
+  const std::vector<teravox::PickPart> parts = in.DrawnIn(in.LastRenderer);
+  const std::vector<teravox::SeenVolume> volumes = in.ReadHits(parts);
+  if (!image || volumes.empty())
   {
     vtkWarningMacro("There is no colour image: RenderToImage has to be on when a frame is drawn.");
     return;
   }
   int width = 0;
   int height = 0;
-  const std::vector<float> colors = in.Engine.ReadColors(in.LastView, width, height);
-  const teravox::FrameRequest& request = in.Shown_.at(in.LastRenderer).Request;
-  teravox::FillColorImage(image, colors, *hits, request.Camera, request.Final);
+  const std::vector<float> colors = in.ReadColors(width, height);
+  teravox::FillColorImage(image, colors, volumes, parts[0].Request.Final);
 }
 
 void vtkOutOfCoreVolumeMapper::GetDepthImage(vtkImageData* image)
 {
   vtkInternals& in = *this->Internals;
-  const std::optional<teravox::FirstHits> hits = in.ReadHits();
-  if (!image || !hits)
+  const std::vector<teravox::SeenVolume> volumes = in.ReadHits(in.DrawnIn(in.LastRenderer));
+  if (!image || volumes.empty())
   {
     vtkWarningMacro("There is no depth image: RenderToImage has to be on when a frame is drawn.");
     return;
   }
-  teravox::FillDepthImage(image, *hits, in.Shown_.at(in.LastRenderer).Request.Camera,
-    this->DepthImageScalarType, this->ClampDepthToBackface != 0);
+  teravox::FillDepthImage(
+    image, volumes, this->DepthImageScalarType, this->ClampDepthToBackface != 0);
 }

@@ -125,7 +125,6 @@ std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeP
   {
     check(m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND, "BlendMode of vtkMultiVolume");
     check(m->GetMaskInput() != nullptr, "MaskInput of vtkMultiVolume");
-    check(m->GetRenderToImage() != 0, "RenderToImage of vtkMultiVolume");
     check(m->GetErrorEstimate() != 0, "ErrorEstimate of vtkMultiVolume");
     check(
       m->GetDebugView() != vtkOutOfCoreVolumeMapper::NO_DEBUG_VIEW, "DebugView of vtkMultiVolume");

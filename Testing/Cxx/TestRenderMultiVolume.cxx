@@ -504,6 +504,56 @@ TEST(MultiVolume, BudgetsByNeed)
   EXPECT_EQ(evictions(16 << 20), 0u);
 }
 
+// RenderToImage: nothing is shown, the colours are those of the mixed picture, and the depth is the
+// first of those that the volumes have alone.
+TEST(MultiVolume, RenderToImage)
+{
+  Pair pair(40);
+  const std::vector<float> picture = pair.Draw();
+  pair.Mapper()->RenderToImageOn();
+  EXPECT_EQ(pair.Draw(), picture);
+  EXPECT_TRUE(pair.Mapper()->IsConverged());
+  const std::vector<float> shown = pair.First.DrawPicture();
+  EXPECT_EQ(
+    std::count(shown.begin(), shown.end(), shown[0]) + std::count(shown.begin(), shown.end(), 1.0f),
+    static_cast<std::ptrdiff_t>(shown.size()))
+    << "something is shown";
+  vtkNew<vtkImageData> colors;
+  vtkNew<vtkImageData> depths;
+  pair.Mapper()->GetColorImage(colors);
+  pair.Mapper()->GetDepthImage(depths);
+  ASSERT_EQ(colors->GetNumberOfPoints(), 1600);
+  ASSERT_EQ(depths->GetNumberOfPoints(), 1600);
+  std::array<vtkNew<vtkImageData>, 2> alone;
+  for (int v = 0; v < 2; ++v)
+  {
+    pair.Both->GetVolume(1 - v)->VisibilityOff();
+    pair.Draw();
+    pair.Mapper()->GetDepthImage(alone.at(static_cast<std::size_t>(v)));
+    pair.Both->GetVolume(1 - v)->VisibilityOn();
+  }
+  int both = 0;
+  for (int i = 0; i < 1600; ++i)
+  {
+    const int x = i % 40;
+    const int y = i / 40;
+    for (int c = 0; c < 4; ++c)
+    {
+      const double is = colors->GetScalarComponentAsDouble(x, y, 0, c);
+      const float alpha = picture[static_cast<std::size_t>(4 * i + 3)];
+      if (c == 3 || alpha > 0)
+      {
+        ASSERT_NEAR(is, 255 * std::min(picture[static_cast<std::size_t>(4 * i + c)], 1.0f), 0.51);
+      }
+    }
+    const double one = alone[0]->GetScalarComponentAsDouble(x, y, 0, 0);
+    const double other = alone[1]->GetScalarComponentAsDouble(x, y, 0, 0);
+    ASSERT_EQ(depths->GetScalarComponentAsDouble(x, y, 0, 0), std::min(one, other));
+    both += one < 1 && other < 1 ? 1 : 0;
+  }
+  EXPECT_GT(both, 100);
+}
+
 // Rays end at opaque geometry, and at clipping planes, of both volumes.
 TEST(MultiVolume, GeometryAndClippingPlanes)
 {

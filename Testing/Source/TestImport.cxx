@@ -48,6 +48,14 @@ Result<Reader> OpenImage(const std::string& name)
   {
     return OpenRaw(ReadNIfTIHeader(name, 0));
   }
+  for (const char* end :
+    { ".mrc", ".mrcs", ".map", ".ccp4", ".rec", ".st", ".ali", ".mrc.gz", ".map.gz" })
+  {
+    if (EndsWith(name, end))
+    {
+      return OpenRaw(ReadMRCHeader(name, 0));
+    }
+  }
   const std::vector<std::string> files = IsPattern(name) ? FilesLike(name)
     : std::filesystem::is_directory(name)                ? FilesIn(name)
                                                          : std::vector<std::string>{ name };
@@ -67,7 +75,7 @@ TEST(Import, EveryFormatGivesItsVoxelsAndTheirPlace)
 {
   TERAVOX_FORMAT_FILES(files, "images");
   const std::vector<Listed> all = ListOf(*files);
-  ASSERT_GT(all.size(), 75u);
+  ASSERT_GT(all.size(), 95u);
   std::mt19937 random(5);
   for (const Listed& one : all)
   {
@@ -114,6 +122,17 @@ TEST(Import, WhatCantBeReadIsNamed)
   expect("vectors.vtk", StatusCode::Unsupported, "other arrays than scalars");
   expect("absent.mha", StatusCode::NotFound, "absent.mha");
   expect("absent.tif", StatusCode::NotFound, "absent.tif");
+  expect("cut.mrc", StatusCode::Corrupt, "too short");
+  expect("short.mrc", StatusCode::Corrupt, "fewer than 1024");
+  expect("cut.map.gz", StatusCode::Corrupt, "cut off");
+  expect("four.mrc", StatusCode::Unsupported, "mode 101, 4 bits");
+  expect("complex.mrc", StatusCode::Unsupported, "mode 4, complex");
+  expect("negative.mrc", StatusCode::Corrupt, "extended header of -5 bytes");
+  expect("axes.mrc", StatusCode::Corrupt, "along axes 1, 2 and 2");
+  expect("flat.mrc", StatusCode::Corrupt, "angles 90.000000, 90.000000 and 180");
+  expect("text.mrc", StatusCode::Corrupt, "isn't an MRC file");
+  const auto volume = ReadMRCHeader(files->File("volumes.mrcs"), 3);
+  EXPECT_EQ(volume.GetStatus().Code(), StatusCode::InvalidArgument);
   const auto time = ReadNIfTIHeader(files->File("series.nii"), 2);
   EXPECT_EQ(time.GetStatus().Code(), StatusCode::InvalidArgument);
 }
@@ -180,6 +199,11 @@ TEST(Import, ClaimsOfHeadersAreChecked)
   put(168, std::numeric_limits<std::int64_t>::max());
   std::ofstream(folder.File("pair.hdr"), std::ios::binary) << second;
   expect("pair.img", "\x1f\x8b", StatusCode::InvalidArgument, "can't be");
+  std::string sizes = changed("no_ending", "MAP ", "MAP ");
+  sizes.replace(0, 4, "\xff\xff\xff\x7f");
+  expect("size.mrc", sizes, StatusCode::Corrupt, "too short");
+  sizes.replace(4, 8, "\xff\xff\xff\x7f\xff\xff\xff\x7f");
+  expect("sizes.mrc", sizes, StatusCode::Corrupt, "more voxels than a file can have");
   // Bytes of a picture whose sizes have 31 bits each don't fit into 64 bits.
   std::string picture = changed("pages_f4.tif", "II", "II");
   const std::string width("\x00\x01\x04\x00\x01\x00\x00\x00\x2f\x00\x00\x00", 12);
@@ -200,7 +224,7 @@ TEST(Import, AllocationsOfOpeningMayFail)
 {
   TERAVOX_FORMAT_FILES(files, "images");
   for (const char* name : { "local_u2.mha", "pattern.mhd", "gzip.nrrd", "sform.nii.gz",
-         "text_u1.vtk", "imagej.tif", "ct/0.dcm" })
+         "text_u1.vtk", "packed.mrc.gz", "imagej.tif", "ct/0.dcm" })
   {
     SCOPED_TRACE(name);
     ImageVolume::Request request;
@@ -224,8 +248,8 @@ TEST(Import, NothingIsReadFromPipes)
   const TemporaryFolder folder;
   const std::string header = "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\n"
                              "ElementType = MET_UCHAR\nElementDataFile = pipe.mha\n";
-  for (const char* name : { "pipe.mha", "pipe.nii", "pipe.nrrd", "pipe.vtk", "pipe.tif", "pipe.dcm",
-         "pipe.png", "pipe.jpg" })
+  for (const char* name : { "pipe.mha", "pipe.nii", "pipe.nrrd", "pipe.vtk", "pipe.mrc", "pipe.tif",
+         "pipe.dcm", "pipe.png", "pipe.jpg" })
   {
     ASSERT_EQ(::mkfifo(folder.File(name).c_str(), 0600), 0);
     ImageVolume::Request request;
@@ -268,6 +292,13 @@ TEST(Import, ChannelsTimesAndSeriesAreChosen)
   EXPECT_EQ(chosen.Value()->Describe().Dimensions[2], 2);
   EXPECT_NEAR(chosen.Value()->Describe().Spacing[2], 4, 1e-6);
 
+  const auto second = OpenRaw(ReadMRCHeader(files->File("volumes.mrcs"), 1));
+  ASSERT_TRUE(second.Ok());
+  ASSERT_TRUE(second.Value()->ReadBox({ 0, 0, 0 }, { 23, 17, 1 }, read.data()).Ok());
+  const std::vector<std::byte> volumes = files->Array("no_ending");
+  EXPECT_EQ(std::memcmp(read.data(), volumes.data() + 3 * 23 * 17 * 2, 23 * 17 * 2), 0);
+  EXPECT_TRUE(ImageVolume::IsImage(files->File("no_ending")));
+
   const auto later = OpenRaw(ReadNIfTIHeader(files->File("series.nii"), 1));
   ASSERT_TRUE(later.Ok());
   EXPECT_EQ(later.Value()->Describe().Dimensions[2], 9);
@@ -296,7 +327,8 @@ TEST(Import, SlicesAreReadOnceWhileTheyFit)
 TEST(Import, ReadersHoldLessThanAQuarterOfTheVolume)
 {
   TERAVOX_FORMAT_FILES(files, "images");
-  for (const char* name : { "held.vtk", "held_binary.vtk", "held.nrrd", "held_palette.tif" })
+  for (const char* name :
+    { "held.vtk", "held_binary.vtk", "held.nrrd", "held.mrc.gz", "held_palette.tif" })
   {
     SCOPED_TRACE(name);
     const std::vector<std::byte> truth =
@@ -375,9 +407,10 @@ TEST(Import, MutatedFilesAreErrorsOrVolumes)
   TERAVOX_FORMAT_FILES(files, "images");
   const TemporaryFolder folder;
   std::mt19937 random(6);
-  for (const char* name : { "local_u2.mha", "packed.mha", "raw.nrrd", "gzip.nrrd", "qform.nii",
-         "sform.nii.gz", "text_f4.vtk", "binary_i2.vtk", "palette_4_65535_0.tif", "pages_u1.tif",
-         "pages_i1.tif", "pages_i2.tif", "imagej.tif", "ct/0.dcm", "ct/5.dcm" })
+  for (const char* name :
+    { "local_u2.mha", "packed.mha", "raw.nrrd", "gzip.nrrd", "qform.nii", "sform.nii.gz",
+      "text_f4.vtk", "binary_i2.vtk", "mode_f2_big.mrc", "packed.map.gz", "palette_4_65535_0.tif",
+      "pages_u1.tif", "pages_i1.tif", "pages_i2.tif", "imagej.tif", "ct/0.dcm", "ct/5.dcm" })
   {
     SCOPED_TRACE(name);
     std::ifstream in(files->File(name), std::ios::binary);

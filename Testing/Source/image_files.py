@@ -108,6 +108,30 @@ def packed_bits(a, bits):
     return np.packbits(each.reshape(a.shape[0], -1), axis=1)
 
 
+# MRC2014.
+modes = {"i1": 0, "u1": 0, "i2": 1, "f4": 2, "u2": 6, "f2": 12}
+
+
+def mrc(a, order="<", mode=None, start=(0, 0, 0), intervals=None, cell=None, angles=(90, 90, 90), axes=(1, 2, 3),
+        origin=(0, 0, 0), group=1, extended=b"", imod=None, stamp=None, name=b"MAP "):
+    h = bytearray(1024)
+    pack = lambda at, form, *v: struct.pack_into(order + form, h, at, *v)
+    size = a.shape[2::-1]
+    pack(0, "4i", *size, modes[a.dtype.str[1:]] if mode is None else mode)
+    pack(16, "3i", *start)
+    pack(28, "3i", *(size if intervals is None else intervals))
+    pack(40, "6f", *(size if cell is None else cell), *angles)
+    pack(64, "3i", *axes)
+    pack(88, "2i", group, len(extended))
+    pack(104, "4si", b"TEST", 20140)
+    if imod is not None:
+        pack(152, "4si", b"IMOD"[::1 if order == "<" else -1], imod)
+    pack(196, "3f", *origin)
+    h[208:212] = name
+    h[212:214] = stamp or (b"DA" if order == "<" else b"\x11\x11")
+    return bytes(h) + extended + a.astype(a.dtype.newbyteorder(order)).tobytes()
+
+
 # TIFF.
 def tiff(pages, order="<", strip=5, packed=False, tile=None, description="", resolution=None,
          orientation=1, thumbnail=False, palettes=None, bits=8):

@@ -11,7 +11,7 @@ import zlib
 import numpy as np
 
 from format_files import keep, volume
-from image_files import Images, codes, dicom, legacy, meta, met, nifti, text, tiff, vtk
+from image_files import Images, codes, dicom, legacy, meta, met, mrc, nifti, text, tiff, vtk
 
 images = Images(sys.argv[1])
 put, listed, folder = images.put, images.listed, images.folder
@@ -167,10 +167,50 @@ words = text(a)
 put("held.vtk", vtk(a, words, "ASCII"))
 put("held_binary.vtk", vtk(a, big(a), "BINARY"))
 put("held.nrrd", b"NRRD0001\ntype: ushort\ndimension: 3\nsizes: 128 128 96\nencoding: ascii\n\n" + words)
+put("held.mrc.gz", gzip.compress(mrc(a), 1))
 indices = (a >> 8).astype("u1")
 keep(folder, "held_grey", 255 - indices)
 put("held_palette.tif", tiff(indices, palettes=[[grey] * 3] * 96, packed=True))
 
+
+# MRC: the place of the first voxel is ORIGIN or NXSTART; axes of the cell in any order, at any angles.
+for seed, dtype in enumerate(("i1", "i2", "u2", "f4", "f2")):
+    for order in "<>":
+        a = volume((9, 17, 23), dtype, 140 + seed)
+        name = f"mode_{dtype}_{'big' if order == '>' else 'little'}.mrc"
+        put(name, mrc(a, order, cell=(11.5, 34, 4.5), start=(-3, 4, 5), extended=b"symmetry" * 10))
+        listed(name, a.astype("f4") if dtype == "f2" else a, spacing=(0.5, 2, 0.5), origin=(-1.5, 8, 2.5))
+a = np.array([0, 1, 2, 1023, 1024, 0x3555, 0x3c00, 0x7bff, 0x7c00, 0x7e00, 0x8000, 0x8001, 0xbc00, 0xfbff, 0xfc00,
+              0xfe01], "<u2").view("<f2").reshape(2, 2, 4)  # denormal, the largest, infinite, no number
+put("halves.mrc", mrc(a))
+listed("halves.mrc", a.astype("<f4"))
+a = volume((9, 17, 23), "u1", 150)
+for name, flags in (("unsigned", 0), ("signed", 1)):
+    put(f"imod_{name}.rec", mrc(a, imod=flags))
+    listed(f"imod_{name}.rec", a.view("i1") if flags else a)
+a = volume((9, 17, 23), "<i2", 151)
+put("turned.map", mrc(a, ">", axes=(3, 1, 2), cell=(17, 18, 46), intervals=(17, 9, 23), start=(1, 2, 3)))
+listed("turned.map", a, spacing=(2, 1, 2), origin=(2, 6, 2), direction=(0, 1, 0, 0, 0, 1, 1, 0, 0))
+put("packed.map.gz", gzip.compress(mrc(a, ">", origin=(7, -8, 9), start=(1, 2, 3), extended=bytes(4))))
+listed("packed.map.gz", a, origin=(7, -8, 9))
+b = volume((9, 17, 23), "<f2", 152)
+put("packed.mrc.gz", gzip.compress(mrc(b)))
+listed("packed.mrc.gz", b.astype("<f4"))
+put("hexagonal.ccp4", mrc(a, cell=(46, 34, 9), angles=(90, 90, 120)))
+listed("hexagonal.ccp4", a, spacing=(2, 2, 1), direction=(1, -0.5, 0, 0, 0.75 ** 0.5, 0, 0, 0, 1))
+put("nothing.st", mrc(a, cell=(0, 0, 0), intervals=(0, 0, 0), angles=(0, 0, 0), axes=(0, 0, 0), name=b"\0" * 4,
+                      stamp=b"\0\0", origin=(float("nan"), 1, 1)))
+listed("nothing.st", a)
+put("wrong_stamp.ali", mrc(a, ">", stamp=b"DD"))
+listed("wrong_stamp.ali", a)
+a = colours((9, 17, 23), "<u1", 3)
+put("colours.mrc", mrc(a, mode=16))
+listed("colours.mrc", a)
+a = volume((9, 17, 23), "<u2", 153)
+put("volumes.mrcs", mrc(a, group=401, intervals=(23, 17, 3), cell=(23, 17, 6)))
+listed("volumes.mrcs", a[:3], spacing=(1, 1, 2))
+put("no_ending", mrc(a))
+keep(folder, "no_ending", a)
 
 # DICOM.
 a = volume((7, 17, 23), "<u2", 70) >> 4
@@ -202,6 +242,16 @@ whole = tiff(a, packed=True)
 put("cut.tif", whole[:len(whole) // 2])
 put("cut.mha", meta(a, "LOCAL") + a.tobytes()[:-1])
 put("cut.nii.gz", gzip.compress(nifti(a, "<") + a.tobytes())[:2000])
+put("cut.mrc", mrc(a)[:-1])
+put("short.mrc", mrc(a)[:1023])
+put("cut.map.gz", gzip.compress(mrc(a))[:1500])
+put("four.mrc", mrc(a, mode=101))
+put("complex.mrc", mrc(a, mode=4))
+put("negative.mrc", mrc(a).replace(struct.pack("<2i", 1, 0) + bytes(8) + b"TEST",
+                                   struct.pack("<2i", 1, -5) + bytes(8) + b"TEST"))
+put("axes.mrc", mrc(a, axes=(1, 2, 2)))
+put("flat.mrc", mrc(a, angles=(90, 90, 180)))
+put("text.mrc", b"a text, not a volume " * 100)
 put("long.mha", meta(a, "LOCAL").replace(b"MET_USHORT", b"MET_LONG") + a.tobytes() * 4)
 put("text.nrrd", b"NRRD0001\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: bzip2\n\n12345678")
 images.finish()

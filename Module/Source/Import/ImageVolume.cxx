@@ -31,7 +31,8 @@ enum class Kind
   TIFF,
   Picture,
   DICOM,
-  LegacyVTK
+  LegacyVTK,
+  MRC
 };
 
 struct Extension
@@ -40,13 +41,15 @@ struct Extension
   Kind Of;
 };
 
-constexpr std::array<Extension, 17> Extensions{ { { ".nii", Kind::NIfTI },
+constexpr std::array<Extension, 27> Extensions{ { { ".nii", Kind::NIfTI },
   { ".nii.gz", Kind::NIfTI }, { ".hdr", Kind::NIfTI }, { ".hdr.gz", Kind::NIfTI },
   { ".img", Kind::NIfTI }, { ".img.gz", Kind::NIfTI }, { ".mha", Kind::MetaImage },
   { ".mhd", Kind::MetaImage }, { ".nrrd", Kind::NRRD }, { ".nhdr", Kind::NRRD },
   { ".tif", Kind::TIFF }, { ".tiff", Kind::TIFF }, { ".png", Kind::Picture },
   { ".jpg", Kind::Picture }, { ".jpeg", Kind::Picture }, { ".dcm", Kind::DICOM },
-  { ".vtk", Kind::LegacyVTK } } };
+  { ".vtk", Kind::LegacyVTK }, { ".mrc", Kind::MRC }, { ".mrcs", Kind::MRC }, { ".map", Kind::MRC },
+  { ".ccp4", Kind::MRC }, { ".rec", Kind::MRC }, { ".st", Kind::MRC }, { ".ali", Kind::MRC },
+  { ".mrc.gz", Kind::MRC }, { ".map.gz", Kind::MRC }, { ".ccp4.gz", Kind::MRC } } };
 
 Kind KindByName(const std::string& name)
 {
@@ -201,6 +204,8 @@ Result<ImageVolume> OpenAny(const ImageVolume::Request& request)
       return OpenVoxels(ReadNRRDHeader(name), name, request.Memory);
     case Kind::LegacyVTK:
       return OpenVoxels(ReadLegacyVTKHeader(name), name, request.Memory);
+    case Kind::MRC:
+      return OpenVoxels(ReadMRCHeader(name, request.TimePoint), name, request.Memory);
     case Kind::TIFF:
       return OpenStack(request, { name });
     case Kind::Picture:
@@ -213,8 +218,9 @@ Result<ImageVolume> OpenAny(const ImageVolume::Request& request)
   }
   return DICOMSeries::IsDICOM(name) ? OpenSeries(request, { name })
     : IsPicture(name)               ? OpenPictures(request, { name })
-                                    : Result<ImageVolume>(Status(StatusCode::Unsupported,
-                                        name + " is no image that is read piece by piece."));
+    : IsMRC(name) ? OpenVoxels(ReadMRCHeader(name, request.TimePoint), name, request.Memory)
+                  : Result<ImageVolume>(Status(
+                      StatusCode::Unsupported, name + " is no image that is read piece by piece."));
 }
 
 /// Callers are VTK and Python, which no exception may reach.
@@ -235,7 +241,7 @@ Result<ImageVolume> WithoutExceptions(const std::string& name, const F& open)
 bool ImageVolume::IsImage(const std::string& name)
 {
   return IsPattern(name) || IsFolder(name) || KindByName(name) != Kind::None ||
-    DICOMSeries::IsDICOM(name) || PictureStack::IsPicture(name);
+    DICOMSeries::IsDICOM(name) || PictureStack::IsPicture(name) || IsMRC(name);
 }
 
 Result<ImageVolume> ImageVolume::Open(

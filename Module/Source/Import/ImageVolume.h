@@ -13,7 +13,7 @@
 namespace teravox
 {
 
-/// A volume of image files that is read piece by piece: MetaImage, NRRD, NIfTI, legacy VTK,
+/// A volume of image files that is read piece by piece: MetaImage, NRRD, NIfTI, MRC, legacy VTK,
 /// stacks of TIFF files or pages, of PNG or JPEG files, series of DICOM files, voxels without a
 /// header.
 struct ImageVolume
@@ -22,7 +22,7 @@ struct ImageVolume
   {
     std::string Name;   ///< a file, a folder, or a pattern of files (IsPattern)
     int Channel = 0;    ///< of TIFF stacks, counted from 0
-    int TimePoint = 0;  ///< of TIFF stacks and NIfTI, counted from 0
+    int TimePoint = 0;  ///< of TIFF stacks, NIfTI and MRC, counted from 0
     std::string Series; ///< UID of a DICOM series; empty: there is only one
     std::uint64_t Memory = std::uint64_t{ 1 } << 30; ///< bytes, of which the reader takes a part
   };
@@ -31,8 +31,8 @@ struct ImageVolume
   std::vector<std::string> Files; ///< that it is made of
   std::uint64_t ReaderBytes = 0;  ///< of memory that the reader takes
 
-  /// Whether Open() reads such files: by extension, by their first bytes (DICOM, PNG, JPEG), or
-  /// because they are several.
+  /// Whether Open() reads such files: by extension, by their first bytes (DICOM, PNG, JPEG, MRC),
+  /// or because they are several.
   static bool IsImage(const std::string& name);
 
   /// Errors: NotFound; Unsupported for what isn't read here, other readers may; Corrupt;

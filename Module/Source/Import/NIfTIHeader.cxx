@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "HeaderFields.h"
 #include "HeaderText.h"
-#include "InflateStream.h"
 #include "RawVolume.h"
 
 #include <algorithm>
@@ -15,35 +15,8 @@ namespace teravox
 namespace
 {
 using headers::Corrupt;
+using headers::Fields;
 using headers::Unsupported;
-
-/// Numbers of a header, of either byte order.
-class Fields
-{
-public:
-  Fields(std::string bytes, bool swapped)
-    : Bytes(std::move(bytes))
-    , Swapped(swapped)
-  {
-  }
-  template <typename T>
-  T At(std::size_t offset) const
-  {
-    std::array<char, sizeof(T)> raw{};
-    std::copy_n(this->Bytes.begin() + static_cast<std::ptrdiff_t>(offset), sizeof(T), raw.begin());
-    if (this->Swapped)
-    {
-      std::reverse(raw.begin(), raw.end());
-    }
-    T value{};
-    std::memcpy(&value, raw.data(), sizeof(T));
-    return value;
-  }
-
-private:
-  std::string Bytes;
-  bool Swapped;
-};
 
 /// The fields of both versions, the same names as in nifti1.h.
 struct Header
@@ -176,36 +149,15 @@ Names NamesOf(const std::string& fileName)
   return { fileName, fileName };
 }
 
-Result<std::string> HeaderBytes(const std::string& name)
-{
-  constexpr std::size_t size = 544;
-  auto begin = headers::Begin(name, size);
-  if (!begin.Ok() || begin.Value().compare(0, 2, "\x1f\x8b") != 0)
-  {
-    return begin;
-  }
-  auto stream = InflateStream::Open(name, 0);
-  if (!stream.Ok())
-  {
-    return stream.GetStatus();
-  }
-  std::string bytes(size, '\0');
-  constexpr std::size_t first = 348;
-  const Status status = stream.Value()->Read(0, first, bytes.data());
-  // A small volume may end before the second version's header would.
-  static_cast<void>(stream.Value()->Read(first, size - first, bytes.data() + first));
-  return status.Ok() ? Result<std::string>(bytes) : Result<std::string>(status);
-}
-
 Result<Header> Parse(const std::string& name, bool& swapped)
 {
-  auto bytes = HeaderBytes(name);
+  constexpr std::int32_t first = 348;
+  constexpr std::int32_t second = 540;
+  auto bytes = headers::DecodedBegin(name, first, second + 4);
   if (!bytes.Ok())
   {
     return bytes.GetStatus();
   }
-  constexpr std::int32_t first = 348;
-  constexpr std::int32_t second = 540;
   const std::size_t had = bytes.Value().size();
   bytes.Value().resize(std::max<std::size_t>(had, second + 4));
   for (const bool swap : { false, true })
@@ -286,9 +238,7 @@ Result<RawVolume> ReadNIfTIHeader(const std::string& fileName, int timePoint)
   if (timePoint < 0 || timePoint >= times || __builtin_mul_overflow(bytes, timePoint, &before) ||
     h.VoxOffset < 0 || __builtin_add_overflow(before, h.VoxOffset, &before))
   {
-    return Status(StatusCode::InvalidArgument,
-      "'" + fileName + "' has " + std::to_string(times) +
-        " time points, counted from 0; there is no " + std::to_string(timePoint) + ".");
+    return headers::NoTimePoint(fileName, times, timePoint);
   }
   const Status status = headers::TakeSteps(fileName, Place(h, volume.Origin), volume);
   if (!status.Ok())
@@ -297,12 +247,12 @@ Result<RawVolume> ReadNIfTIHeader(const std::string& fileName, int timePoint)
   }
   volume.ArrayName = "NIFTI";
   raw.Files = { names.Voxels };
-  const auto begin = headers::Begin(names.Voxels, 2);
-  if (!begin.Ok())
+  const auto compressed = headers::IsGzip(names.Voxels);
+  if (!compressed.Ok())
   {
-    return begin.GetStatus();
+    return compressed.GetStatus();
   }
-  raw.Compressed = begin.Value() == "\x1f\x8b";
+  raw.Compressed = compressed.Value();
   (raw.Compressed ? raw.Before : raw.Offset) = before;
   return raw;
 }

@@ -27,6 +27,53 @@ void SwapBytes(std::byte* data, std::size_t bytes, std::size_t elementSize)
   }
 }
 
+/// Bytes of a value in the file.
+std::size_t StoredBytes(const RawVolume& raw)
+{
+  return raw.Half ? sizeof(std::uint16_t) : SizeOf(raw.Volume.Type);
+}
+
+float FromHalf(std::uint16_t half)
+{
+  const unsigned exponent = (half >> 10) & 31U;
+  const unsigned fraction = half & 1023U;
+  if (exponent == 0)
+  {
+    const float value = static_cast<float>(fraction) * 0x1p-24F;
+    return (half & 0x8000U) != 0 ? -value : value;
+  }
+  const unsigned bits =
+    (half & 0x8000U) << 16 | (exponent == 31 ? 255U : exponent + 127 - 15) << 23 | fraction << 13;
+  float value = 0;
+  std::memcpy(&value, &bits, sizeof(value));
+  return value;
+}
+
+/// Where as many values of the file are put first, so that ToMemory() makes voxels of them in
+/// place: at the end.
+std::byte* StoredAt(const RawVolume& raw, std::size_t count, void* out)
+{
+  return static_cast<std::byte*>(out) + count * (SizeOf(raw.Volume.Type) - StoredBytes(raw));
+}
+
+void ToMemory(const RawVolume& raw, std::size_t count, void* out)
+{
+  const std::size_t bytes = StoredBytes(raw);
+  std::byte* stored = StoredAt(raw, count, out);
+  if (raw.BigEndian)
+  {
+    SwapBytes(stored, count * bytes, bytes);
+  }
+  for (std::size_t i = 0; raw.Half && i < count; ++i)
+  {
+    // What is written ends before what is read next, or there.
+    std::uint16_t half = 0;
+    std::memcpy(&half, stored + i * bytes, bytes);
+    const float value = FromHalf(half);
+    std::memcpy(static_cast<std::byte*>(out) + i * sizeof(value), &value, sizeof(value));
+  }
+}
+
 class FileReader : public VoxelReader
 {
 public:
@@ -66,7 +113,9 @@ public:
     const bool wholeRows = size[0] == all[0];
     const std::int64_t rows = wholeRows ? size[1] : 1;
     const auto bytes = static_cast<std::size_t>(size[0] * rows * voxel);
-    auto* to = static_cast<std::byte*>(out);
+    const auto count =
+      static_cast<std::size_t>(size[0] * size[1] * size[2] * this->Raw.Volume.Components);
+    std::byte* to = StoredAt(this->Raw, count, out);
     for (std::int64_t z = start[2]; z < start[2] + size[2]; ++z)
     {
       for (std::int64_t y = start[1]; y < start[1] + size[1]; y += rows, to += bytes)
@@ -79,19 +128,15 @@ public:
         }
       }
     }
-    if (this->Raw.BigEndian)
-    {
-      SwapBytes(static_cast<std::byte*>(out),
-        static_cast<std::size_t>(size[0] * size[1] * size[2] * voxel),
-        SizeOf(this->Raw.Volume.Type));
-    }
+    ToMemory(this->Raw, count, out);
     return {};
   }
 
 private:
+  // In the file.
   std::size_t VoxelBytes() const
   {
-    return SizeOf(this->Raw.Volume.Type) * static_cast<std::size_t>(this->Raw.Volume.Components);
+    return StoredBytes(this->Raw) * static_cast<std::size_t>(this->Raw.Volume.Components);
   }
   std::int64_t SlicesPerFile() const
   {
@@ -177,29 +222,28 @@ class StreamReader : public SliceVoxelReader
 public:
   StreamReader(const RawVolume& volume, std::unique_ptr<InflateStream> stream)
     : SliceVoxelReader(volume.Volume)
+    , Raw(volume)
     , Stream(std::move(stream))
-    , Before(volume.Before)
-    , BigEndian(volume.BigEndian)
   {
   }
 
 protected:
   Status ReadSlice(std::int64_t z, std::byte* out) override
   {
-    const std::size_t bytes = this->SliceBytes();
-    Status status =
-      this->Stream->Read(this->Before + z * static_cast<std::int64_t>(bytes), bytes, out);
-    if (status.Ok() && this->BigEndian)
+    const std::size_t count = this->SliceBytes() / SizeOf(this->Volume.Type);
+    const std::size_t bytes = count * StoredBytes(this->Raw);
+    Status status = this->Stream->Read(this->Raw.Before + z * static_cast<std::int64_t>(bytes),
+      bytes, StoredAt(this->Raw, count, out));
+    if (status.Ok())
     {
-      SwapBytes(out, bytes, SizeOf(this->Volume.Type));
+      ToMemory(this->Raw, count, out);
     }
     return status;
   }
 
 private:
+  RawVolume Raw;
   std::unique_ptr<InflateStream> Stream;
-  std::int64_t Before;
-  bool BigEndian;
 };
 
 class TextReader : public SliceVoxelReader

@@ -14,7 +14,8 @@ namespace teravox
 {
 
 /// A volume whose voxels lie in files as they are in memory, x fastest, or as one compressed stream
-/// of that. What headers of MetaImage, NRRD and NIfTI describe, and users for files without one.
+/// of that. What headers of MetaImage, NRRD, NIfTI and MRC describe, and users for files without
+/// one.
 struct RawVolume
 {
   VoxelReader::Description Volume;
@@ -24,6 +25,7 @@ struct RawVolume
   bool BigEndian = false;
   bool Compressed = false; ///< as zlib or gzip stream; `Before` bytes of it come before the voxels
   std::int64_t Before = 0;
+  bool Half = false; ///< floats of 16 bits in the file, which are read as ones of 32
   bool Text = false; ///< as numbers that are written out, in one file
 
   /// From now on voxels are read when they are asked for: as they are, or, of compressed data or
@@ -46,6 +48,15 @@ Result<RawVolume> ReadNRRDHeader(const std::string& fileName);
 /// the voxels is that of the sform, else of the qform. Values are those stored: the header's slope
 /// is left out, as in VTK. Errors: as above; InvalidArgument (no such time point).
 Result<RawVolume> ReadNIfTIHeader(const std::string& fileName, int timePoint);
+
+/// MRC and CCP4 (MRC2014, with what IMOD adds), also compressed by gzip; of a stack of volumes the
+/// one that `timePoint` says. Columns, rows and sections stay what they are: the direction says
+/// along which axes of the cell they lie. Lengths are in Angstrom; the first voxel lies at ORIGIN,
+/// or, where that is 0, where NXSTART and the others put it. Bytes are signed unless IMOD says
+/// otherwise. Errors: as above; Unsupported (complex numbers, 4 bits).
+Result<RawVolume> ReadMRCHeader(const std::string& fileName, int timePoint);
+/// By its word "MAP " and the stamp of its byte order.
+bool IsMRC(const std::string& fileName);
 
 /// Legacy VTK: structured points whose first array are scalars of up to four components, binary or
 /// ASCII. Errors: NotFound, Corrupt; Unsupported (all else that such files hold).

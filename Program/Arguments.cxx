@@ -96,8 +96,8 @@ Run AddConvert(CLI::App& app)
     app.add_subcommand("convert", "Write a volume as an HDF5 pyramid, in bounded memory");
   command
     ->add_option("input", options->Input.Name,
-      "NIfTI, MetaImage, NRRD, TIFF, PNG, JPEG, DICOM, VTK, HDF5 or raw file; a folder of DICOM, "
-      "TIFF, PNG or JPEG files, or a pattern (slice*.tif, slice%03d.png); or formula:NAME")
+      "NIfTI, MetaImage, NRRD, MRC, TIFF, PNG, JPEG, DICOM, VTK, HDF5 or raw file; a folder of "
+      "DICOM, TIFF, PNG or JPEG files, or a pattern (slice*.tif, slice%03d.png); or formula:NAME")
     ->required()
     ->type_name("IN");
   command

@@ -66,7 +66,7 @@ Result<ImageInput> OpenInput(const ConvertOptions& options)
 {
   if (!IsFormula(options.Input.Name))
   {
-    return OpenImage(options.Input, options.Import, options.Memory);
+    return OpenImage(options.Input, options.Import, options.Array, options.Memory);
   }
   auto formula = OpenVolume(options.Input);
   if (!formula.Ok())

@@ -4,9 +4,11 @@
 
 #include "ByteCount.h"
 #include "HDF5BrickSource.h"
+#include "Import/PieceIndex.h"
 #include "VolumeInput.h"
 #include "vtkBrickSource.h"
 #include "vtkHDF5PyramidReader.h"
+#include "vtkImagePiecesReader.h"
 
 #include <algorithm>
 #include <array>
@@ -15,6 +17,7 @@
 #include <fmt/format.h>
 #include <system_error>
 #include <vector>
+#include <vtkBMPReader.h>
 #include <vtkDataArray.h>
 #include <vtkImageData.h>
 #include <vtkImageReader2.h>
@@ -22,8 +25,11 @@
 #include <vtkMetaImageReader.h>
 #include <vtkNIFTIImageReader.h>
 #include <vtkNrrdReader.h>
+#include <vtkPNMReader.h>
+#include <vtkSLCReader.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
 #include <vtkStructuredPointsReader.h>
+#include <vtkTGAReader.h>
 #include <vtkTIFFReader.h>
 #include <vtkXMLImageDataReader.h>
 
@@ -62,6 +68,47 @@ Opened OpenLegacyImage(const std::string& fileName)
       fmt::format("{} isn't a legacy VTK file with structured points.", fileName));
   }
   return vtkSmartPointer<vtkAlgorithm>(reader.GetPointer());
+}
+
+/// Of VTK's readers, which read what ours leave, or formats that ours don't know.
+struct WholeReader
+{
+  std::vector<const char*> Ends;
+  Opened (*Open)(const std::string& fileName);
+};
+
+const std::vector<WholeReader>& WholeReaders()
+{
+  static const std::vector<WholeReader> readers{
+    { { ".nii", ".nii.gz", ".hdr", ".hdr.gz", ".img", ".img.gz" },
+      &OpenImageFile<vtkNIFTIImageReader> },
+    { { ".mha", ".mhd" }, &OpenImageFile<vtkMetaImageReader> },
+    { { ".nrrd", ".nhdr" }, &OpenImageFile<vtkNrrdReader> },
+    { { ".tif", ".tiff" }, &OpenImageFile<vtkTIFFReader> }, { { ".vtk" }, &OpenLegacyImage },
+    { { ".bmp" }, &OpenImageFile<vtkBMPReader> },
+    { { ".pnm", ".pgm", ".ppm" }, &OpenImageFile<vtkPNMReader> },
+    { { ".tga" }, &OpenImageFile<vtkTGAReader> }, { { ".slc" }, &OpenImageFile<vtkSLCReader> }
+  };
+  return readers;
+}
+
+/// Parallel VTK images stream, as serial ones do; so all their files are known.
+Result<ImageInput> OpenPieces(const std::string& fileName, const std::string& array)
+{
+  const auto index = PieceIndex::Read(fileName);
+  if (!index.Ok())
+  {
+    return index.GetStatus();
+  }
+  const auto reader = vtkSmartPointer<vtkImagePiecesReader>::New();
+  reader->SetFileName(fileName.c_str());
+  reader->SetArrayName(array.c_str());
+  ImageInput input{ { nullptr, { fileName }, 0 }, reader.GetPointer() };
+  for (const PieceIndex::Piece& piece : index.Value().Pieces)
+  {
+    input.Volume.Files.push_back(piece.File);
+  }
+  return input;
 }
 
 /// Its chunks are kept in at most this many bytes.
@@ -143,16 +190,25 @@ Result<ImageInput> Whole(const Opened& opened, const std::string& fileName, std:
   return ImageInput{ { nullptr, { fileName }, 0 }, opened.Value() };
 }
 
+/// VTK's reader by extension; null: it has none that is used.
+const WholeReader* WholeReaderOf(const std::string& lower)
+{
+  const auto found = std::find_if(WholeReaders().begin(), WholeReaders().end(),
+    [&](const WholeReader& reader) { return EndsWithAny(lower, reader.Ends); });
+  return found == WholeReaders().end() ? nullptr : &*found;
+}
+
 /// Ours, or VTK's for what ours leave.
 Result<ImageInput> StreamedOrWhole(Result<ImageInput> streamed, const std::string& fileName,
-  const ImportOptions& import, std::uint64_t memory, Opened (*open)(const std::string&))
+  const ImportOptions& import, std::uint64_t memory)
 {
+  const WholeReader* reader = WholeReaderOf(Lower(fileName));
   if (streamed.Ok() || streamed.GetStatus().Code() != StatusCode::Unsupported || import.Spacing ||
-    import.Origin)
+    import.Origin || reader == nullptr)
   {
     return streamed;
   }
-  const Opened opened = open(fileName);
+  const Opened opened = reader->Open(fileName);
   return opened.Ok() ? Whole(opened, fileName, memory) : Result<ImageInput>(streamed.GetStatus());
 }
 
@@ -200,8 +256,8 @@ bool IsRaw(const VolumeOptions& options, const ImportOptions& import)
   return import.Raw || EndsWith(Lower(options.Name), ".raw");
 }
 
-Result<ImageInput> OpenImage(
-  const VolumeOptions& options, const ImportOptions& import, std::uint64_t memory)
+Result<ImageInput> OpenImage(const VolumeOptions& options, const ImportOptions& import,
+  const std::string& array, std::uint64_t memory)
 {
   const std::string& fileName = options.Name;
   const std::string lower = Lower(fileName);
@@ -214,17 +270,7 @@ Result<ImageInput> OpenImage(
     request.TimePoint = options.TimePoint;
     request.Series = options.Dataset;
     request.Memory = memory;
-    Result<ImageInput> streamed = Streamed(ImageVolume::Open(request));
-    return any({ ".nii", ".nii.gz", ".hdr", ".hdr.gz", ".img", ".img.gz" })
-      ? StreamedOrWhole(streamed, fileName, import, memory, &OpenImageFile<vtkNIFTIImageReader>)
-      : any({ ".mha", ".mhd" })
-      ? StreamedOrWhole(streamed, fileName, import, memory, &OpenImageFile<vtkMetaImageReader>)
-      : any({ ".nrrd", ".nhdr" })
-      ? StreamedOrWhole(streamed, fileName, import, memory, &OpenImageFile<vtkNrrdReader>)
-      : any({ ".tif", ".tiff" })
-      ? StreamedOrWhole(streamed, fileName, import, memory, &OpenImageFile<vtkTIFFReader>)
-      : any({ ".vtk" }) ? StreamedOrWhole(streamed, fileName, import, memory, &OpenLegacyImage)
-                        : streamed;
+    return StreamedOrWhole(Streamed(ImageVolume::Open(request)), fileName, import, memory);
   }
   std::error_code error;
   if (!std::filesystem::exists(fileName, error))
@@ -241,15 +287,23 @@ Result<ImageInput> OpenImage(
       fmt::format(
         "{} says itself where its voxels lie; --spacing and --origin are for images.", fileName));
   }
-  const bool chunked = IsHDF5Name(fileName) && !any({ ".vti" });
+  if (any({ ".pvti" }))
+  {
+    return OpenPieces(fileName, array);
+  }
+  if (const WholeReader* reader = WholeReaderOf(lower))
+  {
+    return Whole(reader->Open(fileName), fileName, memory);
+  }
+  const bool chunked = IsHDF5Name(fileName);
   const std::uint64_t chunks = chunked ? std::min(memory / 4, HDF5OpenOptions().MemoryBudget) : 0;
   const Opened opened = any({ ".vti" }) ? OpenXMLImage(fileName)
-    : IsHDF5Name(fileName)
+    : chunked
     ? OpenHDF5(options, chunks)
     : Opened(Status(StatusCode::Unsupported,
         fmt::format("{} has an extension that no reader belongs to; known are .nii, "
-                    ".nii.gz, .mha, .mhd, .nrrd, .tif, .png, .jpg, .dcm, .raw, .vti, .vtk, "
-                    ".h5, .ims and .xml, and with --raw voxels without a header.",
+                    ".nii.gz, .mha, .mhd, .nrrd, .mrc, .map, .tif, .png, .jpg, .dcm, .raw, .vti, "
+                    ".pvti, .vtk, .h5, .ims and .xml, and with --raw voxels without a header.",
           fileName)));
   return opened.Ok()
     ? Result<ImageInput>(ImageInput{ { nullptr, { fileName }, chunks }, opened.Value() })

@@ -18,6 +18,7 @@ from .vtkRenderingOutOfCore import (
     vtkBrickSourceAlgorithm,
     vtkHDF5PyramidReader,
     vtkHDF5PyramidWriter,
+    vtkImagePiecesReader,
     vtkOutOfCoreVolumeMapper,
 )
 
@@ -302,12 +303,24 @@ _IMAGE_READERS = {
     ".nhdr": ("vtkIOImage", "vtkNrrdReader"),
     ".tif": ("vtkIOImage", "vtkTIFFReader"),
     ".tiff": ("vtkIOImage", "vtkTIFFReader"),
+    ".bmp": ("vtkIOImage", "vtkBMPReader"),
+    ".pnm": ("vtkIOImage", "vtkPNMReader"),
+    ".pgm": ("vtkIOImage", "vtkPNMReader"),
+    ".ppm": ("vtkIOImage", "vtkPNMReader"),
+    ".tga": ("vtkIOImage", "vtkTGAReader"),
+    ".slc": ("vtkIOImage", "vtkSLCReader"),
     ".vti": ("vtkIOXML", "vtkXMLImageDataReader"),
 }
 
 
 def _image_reader(path):
-    """VTK's reader for an image file that the writer doesn't read itself, or None for HDF5."""
+    """A reader for an image file that the writer doesn't read itself, or None for HDF5."""
+    if path.lower().endswith(".pvti"):
+        reader = vtkImagePiecesReader()
+        reader.SetFileName(path)
+        with _vtk.errors_raised(reader):
+            reader.UpdateInformation()
+        return reader
     for extension, (module, name) in _IMAGE_READERS.items():
         if path.lower().endswith(extension):
             reader = getattr(__import__(f"vtkmodules.{module}", fromlist=[name]), name)()

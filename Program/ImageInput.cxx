@@ -198,6 +198,22 @@ const WholeReader* WholeReaderOf(const std::string& lower)
   return found == WholeReaders().end() ? nullptr : &*found;
 }
 
+/// Why what VTK would read isn't, and what to do; empty for other extensions.
+std::string Refusal(const std::string& lower)
+{
+  return EndsWithAny(lower, { ".dem" }) ? "holds heights of a surface, not a volume."
+    : EndsWithAny(lower, { ".sgy", ".segy", ".seg" })
+    ? "holds traces, which may be anywhere: write them as raw voxels or HDF5 (segyio), then "
+      "convert "
+      "that."
+    : EndsWithAny(lower, { ".cube" })
+    ? "is a Gaussian cube: give the grid that vtkGaussianCubeReader2 reads to Python's "
+      "teravox.convert()."
+    : EndsWithAny(lower, { ".mr", ".ct" })
+    ? "is by its extension a GE Signa slice: convert the series to DICOM, then its folder."
+    : "";
+}
+
 /// Ours, or VTK's for what ours leave.
 Result<ImageInput> StreamedOrWhole(Result<ImageInput> streamed, const std::string& fileName,
   const ImportOptions& import, std::uint64_t memory)
@@ -294,6 +310,10 @@ Result<ImageInput> OpenImage(const VolumeOptions& options, const ImportOptions& 
   if (const WholeReader* reader = WholeReaderOf(lower))
   {
     return Whole(reader->Open(fileName), fileName, memory);
+  }
+  if (const std::string refusal = Refusal(lower); !refusal.empty())
+  {
+    return Status(StatusCode::Unsupported, fmt::format("{} {}", fileName, refusal));
   }
   const bool chunked = IsHDF5Name(fileName);
   const std::uint64_t chunks = chunked ? std::min(memory / 4, HDF5OpenOptions().MemoryBudget) : 0;

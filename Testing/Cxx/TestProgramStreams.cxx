@@ -88,8 +88,8 @@ TEST(ProgramStreams, TakeTheMemoryThatIsAllowedAndGoOnWhereTheyWereKilled)
     "--dimensions", "16", "16", "16", "--quiet" });
   ASSERT_EQ(nothing.ExitCode, 0) << nothing.Error;
   for (const char* name :
-    { "plain.mha", "packed.nii.gz", "plain.nrrd", "text.nrrd", "binary.vtk", "text.vtk",
-      "palette.tif", "pages.tif", "stack", "series", "plain.vti", "chunks.h5", "volume.bin" })
+    { "plain.mha", "packed.nii.gz", "plain.mrc", "text.nrrd", "binary.vtk", "text.vtk",
+      "palette.tif", "pages.tif", "stack", "series", "plain.vti", "pieces.pvti", "chunks.h5", "volume.bin" })
   {
     ExpectStreamed(*files, name, nothing.PeakBytes);
   }

@@ -158,6 +158,10 @@ Result<Header> Parse(const std::string& name, bool& swapped)
   {
     return bytes.GetStatus();
   }
+  if (bytes.Value().compare(0, 2, "#?") == 0)
+  {
+    return Unsupported(name, "is a Radiance picture, not the header of a volume; write it as TIFF");
+  }
   const std::size_t had = bytes.Value().size();
   bytes.Value().resize(std::max<std::size_t>(had, second + 4));
   for (const bool swap : { false, true })

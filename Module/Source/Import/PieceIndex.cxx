@@ -22,6 +22,10 @@ using Extent = PieceIndex::Extent;
 
 constexpr std::size_t LargestIndex = std::size_t{ 64 } << 20;
 
+/// Comparisons of boxes for one request: more would take seconds. A million pieces side by side, or
+/// ten thousand that are in each other's way, need fewer.
+constexpr std::int64_t MostComparisons = std::int64_t{ 1 } << 28;
+
 /// A number of names for people.
 constexpr std::size_t MostNames = 20;
 
@@ -240,12 +244,18 @@ Result<std::vector<PieceIndex::Part>> PieceIndex::PartsOf(
 {
   std::vector<Part> parts;
   std::vector<Extent> left{ indices };
+  std::int64_t comparisons = 0;
   for (std::size_t p = 0; p < this->Pieces.size() && !left.empty(); ++p)
   {
     const Extent has = this->IndicesOf(this->Pieces[p].Points, cells);
     Part part;
     part.Piece = p;
     std::vector<Extent> rest;
+    comparisons += static_cast<std::int64_t>(left.size());
+    if (comparisons > MostComparisons)
+    {
+      return headers::Unsupported(fileName, "has too many pieces that overlap");
+    }
     for (const Extent& box : left)
     {
       Extent both{};

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -62,7 +63,7 @@ struct PieceIndex
     std::vector<Extent> Boxes{}; ///< to be taken
   };
   /// Each index once: where pieces overlap, the first one is taken.
-  /// Errors: Corrupt, if an index has no piece.
+  /// Errors: Corrupt, if an index has no piece; Unsupported for too many pieces that overlap.
   Result<std::vector<Part>> PartsOf(
     const std::string& fileName, const Extent& indices, bool cells) const;
 };

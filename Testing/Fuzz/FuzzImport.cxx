@@ -2,10 +2,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Files of images that become a pyramid: headers, then corners of slices. Voxels without a header,
-// of any size that may be claimed; names that stand for several files.
+// of any size that may be claimed; names that stand for several files; indices of pieces.
 #include "FuzzInput.h"
 #include "Import/FileList.h"
 #include "Import/ImageVolume.h"
+#include "Import/PieceIndex.h"
 
 #include <algorithm>
 #include <array>
@@ -18,11 +19,12 @@ namespace
 {
 using namespace teravox;
 
-constexpr std::array<const char*, 12> Extensions{ ".mha", ".mhd", ".nrrd", ".nhdr", ".nii",
-  ".nii.gz", ".hdr", ".vtk", ".tif", ".dcm", ".png", ".jpg" };
+constexpr std::array<const char*, 13> Extensions{ ".mha", ".mhd", ".nrrd", ".nhdr", ".nii",
+  ".nii.gz", ".hdr", ".vtk", ".tif", ".dcm", ".png", ".jpg", ".mrc" };
 constexpr std::size_t Raw =
   Extensions.size();                     // numbers that users give for voxels without a header
 constexpr std::size_t Pattern = Raw + 1; // a name with * and %d
+constexpr std::size_t Pieces = Pattern + 1;
 constexpr std::uint64_t Memory = std::uint64_t{ 64 } << 20;
 constexpr std::int64_t MostVoxels = std::int64_t{ 1 } << 20; // that are read of one file
 
@@ -63,6 +65,40 @@ void ReadSome(const Result<ImageVolume>& volume)
       return;
     }
     voxels += d.Dimensions[0] * std::min<std::int64_t>(d.Dimensions[1], MostVoxels);
+  }
+}
+
+/// The pieces that an index has for the whole, which must be all of it, once.
+void ReadIndex(const std::string& name)
+{
+  const auto index = PieceIndex::Read(name);
+  fuzz::Require(index.Ok() || !index.GetStatus().Message().empty(), "an error has a message");
+  for (const bool cells : { false, true })
+  {
+    if (!index.Ok())
+    {
+      return;
+    }
+    const PieceIndex::Extent whole = index.Value().IndicesOf(index.Value().Whole, cells);
+    const auto parts = index.Value().PartsOf(name, whole, cells);
+    const auto count = [](const PieceIndex::Extent& box)
+    {
+      double n = 1;
+      for (std::size_t i = 0; i < 6; i += 2)
+      {
+        n *= static_cast<double>(box.at(i + 1)) - box.at(i) + 1;
+      }
+      return n;
+    };
+    double sum = 0;
+    for (std::size_t i = 0; parts.Ok() && i < parts.Value().size(); ++i)
+    {
+      for (const PieceIndex::Extent& box : parts.Value()[i].Boxes)
+      {
+        sum += count(box);
+      }
+    }
+    fuzz::Require(!parts.Ok() || std::abs(sum - count(whole)) <= 1e-9 * sum, "parts are the whole");
   }
 }
 
@@ -129,7 +165,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   {
     return 0;
   }
-  const std::size_t kind = data[0] % (Pattern + 1);
+  const std::size_t kind = data[0] % (Pieces + 1);
   ++data;
   --size;
   if (kind == Pattern)
@@ -141,6 +177,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     {
       FilesLike(pattern);
     }
+    return 0;
+  }
+  if (kind == Pieces)
+  {
+    ReadIndex(fuzz::FileOf(data, size, ".pvti"));
     return 0;
   }
   ImageVolume::Request request;

@@ -3,6 +3,7 @@
 """Writes what fuzzing starts from, a folder per target: small files of every format, their XML files,
 chunks of every set of filters: make_seeds.py FOLDER. Exit code 77: h5py or numpy is missing."""
 import pathlib
+import re
 import shutil
 import struct
 import subprocess
@@ -34,9 +35,11 @@ for kind in ("imaris", "bigdataviewer", "n5", "ngff", "vtkhdf", "amr", "single",
                 shutil.copy(file, folder / target / f"{kind}-{file.name}")
 
 # Images: the first byte says what the rest is, by the order of extensions in FuzzImport.cxx.
-KINDS = (".mha", ".mhd", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".hdr", ".vtk", ".tif", ".dcm", ".png", ".jpg", "raw",
-         "pattern")
+KINDS = (".mha", ".mhd", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".hdr", ".vtk", ".tif", ".dcm", ".png", ".jpg", ".mrc",
+         "raw", "pattern", ".pvti")
 LARGEST_IMAGE = 40000
+SAME = {"jpeg": "jpg"} | dict.fromkeys(("mrcs", "map", "ccp4", "rec", "st", "ali", "map.gz", "mrc.gz"), "mrc")
+ENDINGS = re.compile(r"\.(" + "|".join(SAME).replace(".", r"\.") + ")$")
 
 
 def image(name, kind, content):
@@ -49,7 +52,7 @@ for script in ("make_images.py", "make_pictures.py"):
                        check=True, stdout=subprocess.DEVNULL)
         for file in sorted(pathlib.Path(made).rglob("*")):
             ending = next((kind for kind in KINDS[::-1]
-                           if file.name.lower().replace(".jpeg", ".jpg").endswith(kind)), None)
+                           if ENDINGS.sub(lambda m: "." + SAME[m[1]], file.name.lower()).endswith(kind)), None)
             parts = file.relative_to(made).parts
             if file.is_file() and ending and file.stat().st_size <= LARGEST_IMAGE and parts[0] != "held":
                 image("-".join(parts), ending, file.read_bytes())
@@ -59,6 +62,13 @@ for flags in (0, 1, 2, 4):  # plain, big-endian, compressed, text
     image(f"raw-{flags}", "raw", head + content)
 for number, name in enumerate(("a*b%03d.tif", "%d*", "**%2d*%d.dcm", "teravox*%d*.raw")):
     image(f"pattern-{number}", "pattern", name.encode())
+# A piece must be a file; any is.
+pieces = "".join(f'<Piece Extent="{extent}" Source="/proc/self/status"/>' for extent in (
+    "0 9 0 9 0 4", "0 5 0 9 4 9", "5 9 0 6 3 9", "4 9 5 9 4 9"))
+image("pieces", ".pvti", f"""<VTKFile type="PImageData"><PImageData WholeExtent="0 9 0 9 0 9" Origin="0 0 0"
+Spacing="1 1 1" Direction="1 0 0 0 1 0 0 0 1"><PPointData Scalars="a"><PDataArray type="Int8" Name="a"/></PPointData>
+<PCellData><PDataArray type="Int64" Name="c" NumberOfComponents="3"/></PCellData>{pieces}</PImageData></VTKFile>
+""".encode())
 
 data = bytes(i * i % 251 for i in range(1024))
 lz4 = struct.pack(">QII", len(data), len(data), len(data)) + data  # one stored block

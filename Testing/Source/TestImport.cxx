@@ -131,6 +131,11 @@ TEST(Import, WhatCantBeReadIsNamed)
   expect("axes.mrc", StatusCode::Corrupt, "along axes 1, 2 and 2");
   expect("flat.mrc", StatusCode::Corrupt, "angles 90.000000, 90.000000 and 180");
   expect("text.mrc", StatusCode::Corrupt, "isn't an MRC file");
+  expect("apart.ome.tif", StatusCode::InvalidArgument, "in other files, such as 'first.ome.tif'");
+  expect("short.ome.tif", StatusCode::Corrupt, "no page 4, where its OME-XML says slice 4");
+  expect("axes.ome.tif", StatusCode::Corrupt, "DimensionOrder");
+  expect("broken.ome.tif", StatusCode::Corrupt, "OME-XML that is damaged");
+  expect("empty.ome.tif", StatusCode::InvalidArgument, "described by 'all.companion.ome'");
   const auto volume = ReadMRCHeader(files->File("volumes.mrcs"), 3);
   EXPECT_EQ(volume.GetStatus().Code(), StatusCode::InvalidArgument);
   const auto time = ReadNIfTIHeader(files->File("series.nii"), 2);
@@ -283,6 +288,13 @@ TEST(Import, ChannelsTimesAndSeriesAreChosen)
   EXPECT_EQ(std::memcmp(read.data(), pages.data() + 11 * page, page), 0);
   request.Channel = 2;
   EXPECT_EQ(TIFFStack::Open(request).GetStatus().Code(), StatusCode::InvalidArgument);
+  request.Files = { files->File("pages.ome.tif") };
+  const auto listed = TIFFStack::Open(request);
+  ASSERT_TRUE(listed.Ok()) << listed.GetStatus().Message();
+  ASSERT_TRUE(listed.Value()->ReadBox({ 0, 0, 3 }, { 47, 33, 1 }, read.data()).Ok());
+  EXPECT_EQ(std::memcmp(read.data(), files->Array("pages_2_1").data() + 3 * page, page), 0);
+  request.Channel = 3;
+  EXPECT_EQ(TIFFStack::Open(request).GetStatus().Code(), StatusCode::InvalidArgument);
 
   DICOMSeries::Request series;
   series.Files = FilesIn(files->File("two"));
@@ -410,7 +422,7 @@ TEST(Import, MutatedFilesAreErrorsOrVolumes)
   for (const char* name :
     { "local_u2.mha", "packed.mha", "raw.nrrd", "gzip.nrrd", "qform.nii", "sform.nii.gz",
       "text_f4.vtk", "binary_i2.vtk", "mode_f2_big.mrc", "packed.map.gz", "palette_4_65535_0.tif",
-      "pages_u1.tif", "pages_i1.tif", "pages_i2.tif", "imagej.tif", "ct/0.dcm", "ct/5.dcm" })
+      "pages_u1.tif", "pages_i1.tif", "pages.ome.tif", "imagej.tif", "ct/0.dcm", "ct/5.dcm" })
   {
     SCOPED_TRACE(name);
     std::ifstream in(files->File(name), std::ios::binary);

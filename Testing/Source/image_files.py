@@ -198,6 +198,16 @@ def tiff(pages, order="<", strip=5, packed=False, tile=None, description="", res
     return bytes(out)
 
 
+# The XML of OME-TIFF. `shape` is (t, c, z).
+def ome(order, shape, pages="<TiffData/>", sizes="", prefix=""):
+    xml = (f'<?xml version="1.0" encoding="UTF-8"?><!-- a warning --><OME xmlns="http://www.openmicroscopy.org/'
+           f'Schemas/OME/2016-06"><Image ID="Image:0"><Pixels ID="Pixels:0" DimensionOrder="{order}" Type="uint16" '
+           f'SizeT="{shape[0]}" SizeC="{shape[1]}" SizeZ="{shape[2]}" {sizes}><Channel ID="Channel:0:0"/>{pages}'
+           f'</Pixels></Image></OME>')
+    return xml.replace("</", "</" + prefix).replace("<", "<" + prefix).replace(f"<{prefix}/", "</").replace(
+        f"<{prefix}?", "<?").replace(f"<{prefix}!", "<!") if prefix else xml
+
+
 # DICOM.
 def element(tag, kind, value):
     if isinstance(value, str):

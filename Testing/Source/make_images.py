@@ -11,7 +11,7 @@ import zlib
 import numpy as np
 
 from format_files import keep, volume
-from image_files import Images, codes, dicom, legacy, meta, met, mrc, nifti, text, tiff, vtk
+from image_files import Images, codes, dicom, legacy, meta, met, mrc, nifti, ome, text, tiff, vtk
 
 images = Images(sys.argv[1])
 put, listed, folder = images.put, images.listed, images.folder
@@ -172,6 +172,29 @@ indices = (a >> 8).astype("u1")
 keep(folder, "held_grey", 255 - indices)
 put("held_palette.tif", tiff(indices, palettes=[[grey] * 3] * 96, packed=True))
 
+
+# OME-TIFF: pages in the order that the XML says, or anywhere.
+sizes = 'PhysicalSizeX="0.25" PhysicalSizeY="0.5" PhysicalSizeZ="1500" PhysicalSizeZUnit="nm"'
+a = volume((24, 33, 47), "u2", 160).reshape(2, 3, 4, 33, 47)  # t, c, z
+put("order.ome.tif", tiff(a.transpose(2, 0, 1, 3, 4).reshape(24, 33, 47),
+                          description=ome("XYCTZ", a.shape, sizes=sizes)))
+listed("order.ome.tif", a[0, 0], spacing=(0.25, 0.5, 1.5))
+where = "".join(f'<TiffData FirstT="{t}" FirstC="{k}" FirstZ="{z}" IFD="{23 - (t * 12 + k * 4 + z)}" PlaneCount="1">'
+                f'<UUID FileName="pages.ome.tif">urn:uuid:1</UUID></TiffData>' for t, k, z in np.ndindex(2, 3, 4))
+put("pages.ome.tif", tiff(a.reshape(24, 33, 47)[::-1], packed=True,
+                          description=ome("XYZCT", a.shape, where, prefix="OME:")))
+listed("pages.ome.tif", a[0, 0])
+put("renamed.ome.tif", tiff(a.reshape(24, 33, 47)[::-1], description=ome("XYZCT", a.shape, where)))
+listed("renamed.ome.tif", a[0, 0])
+keep(folder, "pages_2_1", a[1, 2])
+put("colours.ome.tif", tiff(colours((4, 33, 47), "u1", 3), description=ome("XYCZT", (1, 3, 4))))
+listed("colours.ome.tif", colours((4, 33, 47), "u1", 3))
+put("apart.ome.tif", tiff(a[0, 0], description=ome("XYZCT", a.shape, where.replace("pages.", "first.", 1).replace(
+    "pages.", "apart."))))
+put("short.ome.tif", tiff(a[0, 0], description=ome("XYZCT", (1, 1, 5))))
+put("axes.ome.tif", tiff(a[0, 0], description=ome("XYZZT", (1, 1, 4))))
+put("broken.ome.tif", tiff(a[0, 0], description=ome("XYZCT", (1, 1, 4))[:-30]))
+put("empty.ome.tif", tiff(a[0, 0], description='<OME><BinaryOnly MetadataFile="all.companion.ome"/></OME>'))
 
 # MRC: the place of the first voxel is ORIGIN or NXSTART; axes of the cell in any order, at any angles.
 for seed, dtype in enumerate(("i1", "i2", "u2", "f4", "f2")):

@@ -4,6 +4,7 @@
 
 #include "Formats/FormatText.h"
 #include "HeaderText.h"
+#include "OMEDescription.h"
 #include "Picture.h"
 #include "SliceVoxelReader.h"
 
@@ -224,15 +225,15 @@ struct ImageJ
   }
 };
 
-ImageJ DescriptionOf(TIFF* file)
+std::string DescriptionOf(TIFF* file)
+{
+  char* text = nullptr;
+  return TIFFGetField(file, TIFFTAG_IMAGEDESCRIPTION, &text) == 0 || text == nullptr ? "" : text;
+}
+
+ImageJ ImageJOf(std::string rest)
 {
   ImageJ found;
-  char* text = nullptr;
-  if (TIFFGetField(file, TIFFTAG_IMAGEDESCRIPTION, &text) == 0 || text == nullptr)
-  {
-    return found;
-  }
-  std::string rest = text;
   found.Is = rest.rfind("ImageJ=", 0) == 0;
   while (found.Is && !rest.empty())
   {
@@ -466,6 +467,35 @@ Status Choose(const std::string& name, const ImageJ& description, const TIFFStac
   pages = std::move(chosen);
   return {};
 }
+
+/// The same by OME-XML, which says where each page belongs.
+Status Choose(const std::string& name, const std::string& description, int components,
+  const TIFFStack::Request& request, Double3& spacing,
+  std::vector<std::pair<std::size_t, std::uint32_t>>& pages)
+{
+  const auto ome =
+    OMEDescription::Read(name, description, components, request.Channel, request.TimePoint);
+  if (!ome.Ok())
+  {
+    return ome.GetStatus();
+  }
+  std::vector<std::pair<std::size_t, std::uint32_t>> chosen;
+  for (const std::uint32_t page : ome.Value().Pages)
+  {
+    // Those of a file are in their order.
+    const std::pair<std::size_t, std::uint32_t> wanted{ 0, page };
+    if (!std::binary_search(pages.begin(), pages.end(), wanted))
+    {
+      return Corrupt(name,
+        "has no page " + std::to_string(page) + ", where its OME-XML says slice " +
+          std::to_string(chosen.size()) + " is");
+    }
+    chosen.push_back(wanted);
+  }
+  spacing = ome.Value().Spacing;
+  pages = std::move(chosen);
+  return {};
+}
 } // namespace
 
 Result<std::shared_ptr<VoxelReader>> TIFFStack::Open(const Request& request)
@@ -495,15 +525,19 @@ Result<std::shared_ptr<VoxelReader>> TIFFStack::Open(const Request& request)
   {
     return described.GetStatus();
   }
-  const ImageJ description = DescriptionOf(file.get());
+  // Directories that are read later overwrite it.
+  const std::string text = DescriptionOf(file.get());
+  const ImageJ description = ImageJOf(text);
   VoxelReader::Description& volume = described.Value();
   volume.Spacing = SpacingOf(file.get(), description);
   std::vector<std::pair<std::size_t, std::uint32_t>> slices;
   if (request.Files.size() == 1)
   {
     auto pages = PagesOf(file.get(), name);
-    const Status status =
-      pages.Ok() ? Choose(name, description, request, pages.Value()) : pages.GetStatus();
+    const Status status = !pages.Ok() ? pages.GetStatus()
+      : OMEDescription::IsOME(text)
+      ? Choose(name, text, page.Value().Components, request, volume.Spacing, pages.Value())
+      : Choose(name, description, request, pages.Value());
     if (!status.Ok())
     {
       return status;

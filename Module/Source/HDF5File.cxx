@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstring>
 #include <exception>
+#include <fstream>
 #include <limits>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -256,7 +257,14 @@ Result<std::shared_ptr<HDF5File>> HDF5File::Open(const std::string& fileName)
     if (H5Fis_hdf5(fileName.c_str()) <= 0)
     {
       lock.TakeError();
-      return Status(StatusCode::Corrupt, "The file " + quoted + " isn't an HDF5 file.");
+      std::array<char, 3> begin{};
+      std::ifstream(fileName, std::ios::binary).read(begin.data(), begin.size());
+      const bool isNetCDF = std::equal(begin.begin(), begin.end(), "CDF");
+      return Status(StatusCode::Corrupt,
+        "The file " + quoted + " isn't an HDF5 file" +
+          (isNetCDF ? ", but classic NetCDF: 'nccopy -k nc4', or of MINC 1 'mincconvert -2', makes "
+                      "HDF5 of it."
+                    : "."));
     }
     const HDF5Handle access(H5Pcreate(H5P_FILE_ACCESS));
     H5Pset_fapl_sec2(access.Get());

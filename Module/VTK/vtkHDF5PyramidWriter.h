@@ -53,7 +53,7 @@ public:
 
   ///@{
   /**
-   * An image to write instead of an input: MetaImage, NRRD, NIfTI, TIFF, PNG, JPEG, DICOM; one
+   * An image to write instead of an input: MetaImage, NRRD, NIfTI, MRC, TIFF, PNG, JPEG, DICOM; one
    * file, a folder of slices, or a pattern of their names, with * or %03d. ArrayName has no effect.
    * Default: empty, the input.
    */

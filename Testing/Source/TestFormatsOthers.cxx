@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "TestFormatsSupport.h"
 
+#include <cmath>
+
 namespace teravox::testing
 {
 namespace
@@ -211,6 +213,43 @@ TEST(FormatsSingle, AxesAndGeometryOfEveryLayout)
   ASSERT_TRUE(ilastik);
   EXPECT_EQ(ilastik->Info().Components, 2);
   ExpectLevelIs(*ilastik, 0, Small, files->Array("ilastik"), 4);
+}
+
+TEST(FormatsSingle, MINCSaysWhereItsAxesLie)
+{
+  TERAVOX_FORMAT_FILES(files, "single");
+  for (const char* name : { "minc.mnc", "turned.mnc", "times.mnc", "vectors.mnc" })
+  {
+    SCOPED_TRACE(name);
+    const bool vectors = std::string(name) == "vectors.mnc";
+    const bool times = std::string(name) == "times.mnc";
+    const auto minc = OpenFormat(files->File(name), FormatOptions(0, times ? 1 : 0));
+    ASSERT_TRUE(minc);
+    const VolumeInfo& info = minc->Info();
+    EXPECT_EQ(minc->Description().Format, "MINC 2");
+    EXPECT_EQ(info.Spacing, (Double3{ 0.5, 0.75, 2 }));
+    const double c = std::cos(0.3);
+    const double s = std::sin(0.3);
+    const std::array<double, 9> direction{ c, -s, 0, s, c, 0, 0, 0, -1 };
+    const Double3 origin{ -10 * c + 20 * s, -10 * s - 20 * c, 30 };
+    for (std::size_t i = 0; i < 9; ++i)
+    {
+      EXPECT_NEAR(info.Direction.at(i), direction.at(i), 1e-12);
+      EXPECT_NEAR(info.Origin.at(i % 3), origin.at(i % 3), 1e-12);
+    }
+    EXPECT_EQ(info.Components, vectors ? 3 : 1);
+    ExpectLevelIs(*minc, 0, Small, files->Array(vectors ? "vectors" : "a"), vectors ? 6 : 2);
+    EXPECT_EQ(minc->Description().Times,
+      times ? (std::vector<double>{ 1, 1.25 }) : std::vector<double>{ 0 });
+    EXPECT_NE(SeenBy(*minc).find(
+                std::string(name) == "turned.mnc" ? "differ between slices" : "0.000000 to 100.0"),
+      std::string::npos);
+  }
+  ExpectOpenFails(files->File("first.mnc"), FormatOptions(), StatusCode::Corrupt, "mincconvert -2");
+  ExpectOpenFails(files->File("twice.mnc"), FormatOptions(), StatusCode::Corrupt, "twice");
+  ExpectOpenFails(files->File("other.mnc"), FormatOptions(), StatusCode::Unsupported, "frequency");
+  ExpectOpenFails(
+    files->File("times.mnc"), FormatOptions(0, 2), StatusCode::InvalidArgument, "time");
 }
 
 TEST(FormatsSingle, DatasetsOfThreeToFiveAxesByPath)

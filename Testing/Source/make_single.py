@@ -41,6 +41,29 @@ with h5py.File(f"{folder}/nexus.nxs", "w") as f:
     g.attrs["axes"] = ["slice", ".", "column"]
     g.create_dataset("slice", data=5.0 + 1.5 * np.arange(9))
     g.create_dataset("column", data=np.array([2.0 + i * i for i in range(13)]))  # uneven
+# MINC 2: z runs backwards, x and y are turned about it; a series, and vectors.
+cosine, sine = np.cos(0.3), np.sin(0.3)
+axes = {"xspace": (0.5, -10, (cosine, sine, 0)), "yspace": (0.75, -20, (-sine, cosine, 0)),
+        "zspace": (-2, 30, (0, 0, 1)), "time": (0.25, 1, None)}
+for name, order, b in (("minc", "zspace,yspace,xspace", a), ("turned", "xspace,zspace,yspace", a.transpose(2, 0, 1)),
+                       ("times", "time,zspace,yspace,xspace", np.stack([a // 2, a])),
+                       ("vectors", "zspace,yspace,xspace,vector_dimension", np.stack([a, a // 2, a // 3], -1)),
+                       ("twice", "zspace,zspace,xspace", a), ("other", "zspace,yspace,frequency", a)):
+    with h5py.File(f"{folder}/{name}.mnc", "w") as f:
+        for axis, (step, start, direction) in axes.items():
+            d = f.create_dataset(f"minc-2.0/dimensions/{axis}", data=np.int32(0))
+            d.attrs["step"], d.attrs["start"], d.attrs["units"] = float(step), float(start), np.bytes_("mm")
+            if direction and axis != "zspace":
+                d.attrs["direction_cosines"] = np.array(direction)
+        g = f.create_group("minc-2.0/image/0")
+        d = g.create_dataset("image", data=np.ascontiguousarray(b), chunks=True, compression="gzip")
+        d.attrs["dimorder"] = np.bytes_(order)
+        d.attrs["valid_range"] = np.array([0.0, 65535.0])
+        g.create_dataset("image-min", data=np.zeros(9))
+        g.create_dataset("image-max", data=np.arange(9.0) if name == "turned" else np.full(9, 100.0))
+with open(f"{folder}/first.mnc", "wb") as f:
+    f.write(b"CDF\1" + bytes(60))
+keep(folder, "vectors", np.ascontiguousarray(np.stack([a, a // 2, a // 3], -1)))
 with h5py.File(f"{folder}/ilastik.h5", "w") as f:
     b = np.stack([a, a + 1], 0)  # c, z, y, x
     d = f.create_dataset("exported_data", data=np.ascontiguousarray(b.transpose(3, 2, 1, 0)),

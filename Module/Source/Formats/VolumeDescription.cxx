@@ -6,6 +6,7 @@
 #include "BigDataViewerXml.h"
 #include "HDF5File.h"
 #include "ImarisFormat.h"
+#include "MINCFormat.h"
 #include "N5Format.h"
 #include "NGFFFormat.h"
 #include "PlainFormat.h"
@@ -23,7 +24,7 @@ namespace
 {
 const VolumeFormat* const AllFormats[] = { &PlainFormat, &PyramidFileFormat, &ImarisFormat,
   &BigDataViewerFormat, &VTKHDFFormat, &NGFFFormat, &N5Format, &EMDFormat, &DataExchangeFormat,
-  &NeXusFormat };
+  &NeXusFormat, &MINCFormat };
 
 std::string Quoted(const std::vector<std::string>& names)
 {

@@ -263,8 +263,8 @@ Result<ImageInput> OpenRaw(
 
 bool IsHDF5Name(const std::string& fileName)
 {
-  return EndsWithAny(
-    Lower(fileName), { ".h5", ".hdf5", ".hdf", ".vtkhdf", ".ims", ".xml", ".emd", ".nxs", ".he5", ".mnc" });
+  return EndsWithAny(Lower(fileName),
+    { ".h5", ".hdf5", ".hdf", ".vtkhdf", ".ims", ".xml", ".emd", ".nxs", ".he5", ".mnc" });
 }
 
 bool IsRaw(const VolumeOptions& options, const ImportOptions& import)

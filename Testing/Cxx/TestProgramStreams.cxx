@@ -87,9 +87,9 @@ TEST(ProgramStreams, TakeTheMemoryThatIsAllowedAndGoOnWhereTheyWereKilled)
   const Outcome nothing = RunProgram({ "convert", "formula:marschner-lobb", files->File("tiny.h5"),
     "--dimensions", "16", "16", "16", "--quiet" });
   ASSERT_EQ(nothing.ExitCode, 0) << nothing.Error;
-  for (const char* name :
-    { "plain.mha", "packed.nii.gz", "plain.mrc", "text.nrrd", "binary.vtk", "text.vtk",
-      "palette.tif", "pages.tif", "stack", "series", "plain.vti", "pieces.pvti", "chunks.h5", "volume.bin" })
+  for (const char* name : { "plain.mha", "packed.nii.gz", "plain.mrc", "text.nrrd", "binary.vtk",
+         "text.vtk", "palette.tif", "pages.tif", "stack", "series", "plain.vti", "pieces.pvti",
+         "chunks.h5", "volume.bin" })
   {
     ExpectStreamed(*files, name, nothing.PeakBytes);
   }

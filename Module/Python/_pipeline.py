@@ -312,6 +312,10 @@ _IMAGE_READERS = {
     ".vti": ("vtkIOXML", "vtkXMLImageDataReader"),
 }
 
+# What only the writer reads: it says why it can't.
+_NO_OTHER_READER = (".mrc", ".mrcs", ".map", ".ccp4", ".rec", ".st", ".ali", ".mrc.gz", ".map.gz", ".ccp4.gz",
+                    ".png", ".jpg", ".jpeg", ".dcm")
+
 
 def _image_reader(path):
     """A reader for an image file that the writer doesn't read itself, or None for HDF5."""
@@ -381,7 +385,7 @@ def convert(
         name = os.fspath(data)
         if not os.path.exists(name) and not any(c in name for c in "*%"):
             raise FileNotFoundError(f"{name} doesn't exist.")
-        if writer.CanReadImageFile(name):
+        if writer.CanReadImageFile(name) or name.lower().endswith(_NO_OTHER_READER):
             if spacing is not None:
                 writer.SetImageSpacing(_three("spacing", spacing))
             if origin is not None:
@@ -390,9 +394,12 @@ def convert(
             writer.SetImageSeries(dataset)
             data = None
         else:
-            about = os.stat(name)
-            writer.SetSourceName(f"{name} {dataset} {about.st_size} {about.st_mtime_ns}")
             data = _image_reader(name) or open(name, dataset=dataset)
+            files = [name]
+            if isinstance(data, vtkImagePiecesReader):
+                files += [data.GetPieceFileName(i) for i in range(data.GetNumberOfPieces())]
+            about = [os.stat(file) for file in files]
+            writer.SetSourceName(f"{name} {dataset} {[(a.st_size, a.st_mtime_ns) for a in about]}")
     if data is not None:
         if isinstance(data, vtkBrickSourceAlgorithm) or not isinstance(data, vtkAlgorithm):
             data = source(data, spacing=spacing, origin=origin, labels=labels)

@@ -116,13 +116,26 @@ class Files(Folder):
         image.AllocateScalars(vtk.VTK_UNSIGNED_SHORT, 1)
         voxels = vtk_to_numpy(image.GetPointData().GetScalars())
         voxels[:] = np.arange(voxels.size) % 65521
-        for name, writer in (("a.mha", vtk.vtkMetaImageWriter()), ("a.vti", vtk.vtkXMLImageDataWriter())):
+        for name, writer in (("a.mha", vtk.vtkMetaImageWriter()), ("a.vti", vtk.vtkXMLImageDataWriter()),
+                             ("a.pvti", vtk.vtkXMLPImageDataWriter())):
+            if name == "a.pvti":
+                writer.SetNumberOfPieces(3)
+                writer.SetEndPiece(2)
             writer.SetInputData(image)
             writer.SetFileName(self.path(name))
             writer.Write()
             teravox.convert(self.path(name), self.path("b.h5"), progress=False)
             back = teravox.read(teravox.open(self.path("b.h5")))
             np.testing.assert_array_equal(back.ravel(), voxels)
+        os.remove(self.path("a_1.vti"))
+        with self.assertRaisesRegex(RuntimeError, "piece 'a_1.vti', but there is no such file"):
+            teravox.convert(self.path("a.pvti"), self.path("c.h5"), progress=False)
+        header = np.zeros(256, "<i4")
+        header[:4] = 2, 2, 2, 4
+        with open(self.path("c.mrc"), "wb") as file:
+            file.write(header.tobytes())
+        with self.assertRaisesRegex(RuntimeError, "mode 4, complex"):
+            teravox.convert(self.path("c.mrc"), self.path("c.h5"), progress=False)
         with open(self.path("c.mha"), "w", encoding="ascii") as file:
             file.write("no")
         with self.assertRaisesRegex(RuntimeError, "c.mha"):

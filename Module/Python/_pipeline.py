@@ -322,7 +322,7 @@ def _image_reader(path):
     if path.lower().endswith(".pvti"):
         reader = vtkImagePiecesReader()
         reader.SetFileName(path)
-        with _vtk.errors_raised(reader):
+        with _vtk.errors_raised(reader, reader.GetExecutive()):
             reader.UpdateInformation()
         return reader
     for extension, (module, name) in _IMAGE_READERS.items():

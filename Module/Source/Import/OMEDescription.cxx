@@ -154,7 +154,7 @@ bool TakePages(const pugi::xml_node& list, const Order& order, std::int64_t chan
 /// What the XML calls the file: its name, or another one that it had, if there are no others.
 std::string OwnName(const std::string& fileName, const pugi::xml_node& pixels)
 {
-  const std::string own = fileName.substr(fileName.find_last_of('/') + 1);
+  std::string own = fileName.substr(fileName.find_last_of('/') + 1);
   std::string only;
   for (const pugi::xml_node& list : pixels.children())
   {

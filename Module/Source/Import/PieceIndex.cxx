@@ -143,8 +143,9 @@ Status TakePieces(const std::string& fileName, const pugi::xml_node& image, Piec
     struct stat info = {};
     if (::stat(piece.File.c_str(), &info) != 0 || !S_ISREG(info.st_mode))
     {
-      return { StatusCode::NotFound,
-        "'" + fileName + "' has the piece '" + source + "', but there is no such file." };
+      std::string text = "'" + fileName;
+      text += "' has the piece '" + source + "', but there is no such file.";
+      return { StatusCode::NotFound, text };
     }
     index.Pieces.push_back(std::move(piece));
   }

@@ -261,10 +261,10 @@ Result<std::shared_ptr<HDF5File>> HDF5File::Open(const std::string& fileName)
       std::ifstream(fileName, std::ios::binary).read(begin.data(), begin.size());
       const bool isNetCDF = std::equal(begin.begin(), begin.end(), "CDF");
       return Status(StatusCode::Corrupt,
-        "The file " + quoted + " isn't an HDF5 file" +
-          (isNetCDF ? ", but classic NetCDF: 'nccopy -k nc4', or of MINC 1 'mincconvert -2', makes "
-                      "HDF5 of it."
-                    : "."));
+        "The file " + quoted +
+          (isNetCDF ? " isn't an HDF5 file, but classic NetCDF: 'nccopy -k nc4', or of MINC 1 "
+                      "'mincconvert -2', makes HDF5 of it."
+                    : " isn't an HDF5 file."));
     }
     const HDF5Handle access(H5Pcreate(H5P_FILE_ACCESS));
     H5Pset_fapl_sec2(access.Get());

@@ -38,6 +38,7 @@ FILES = [
     ("EMD", "single", "emd.emd", ""),
     ("Data Exchange", "single", "exchange.h5", ""),
     ("NeXus", "single", "nexus.nxs", ""),
+    ("MINC 2", "single", "minc.mnc", ""),
     ("ilastik", "single", "ilastik.h5", ""),
     ("a dataset", "single", "one.h5", ""),
 ]
@@ -48,6 +49,7 @@ IMAGES = [
     ("NIfTI", "plain_u2.nii", vtk.vtkNIFTIImageReader),
     ("NIfTI, gzip", "sform.nii.gz", vtk.vtkNIFTIImageReader),
     ("legacy VTK", "binary_u2.vtk", vtk.vtkStructuredPointsReader),
+    ("MRC", "mode_i2_little.mrc", vtk.vtkMRCReader),
     ("TIFF", "pages_u2.tif", vtk.vtkTIFFReader),
     ("DICOM", "ct", vtk.vtkDICOMImageReader),
 ]

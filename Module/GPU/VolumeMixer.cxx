@@ -249,6 +249,7 @@ Status VolumeMixer::Render(std::vector<Part>& parts, const void* scratch)
   if (!same || view.Tolerance != tolerance)
   {
     std::vector<std::vector<float>> whole;
+    whole.reserve(parts.size());
     for (Part& part : parts)
     {
       whole.push_back(part.Engine->ReadColors(first.View, view.Width, view.Height));

@@ -79,7 +79,7 @@ void FillColorImage(vtkImageData* image, const std::vector<float>& colors,
   Allocate(image, camera, VTK_UNSIGNED_CHAR, 4);
   auto* out = static_cast<std::uint8_t*>(image->GetScalarPointer());
   const auto byte = [](float c)
-  { return static_cast<std::uint8_t>(std::clamp(c, 0.0f, 1.0f) * 255.0f + 0.5f); };
+  { return static_cast<std::uint8_t>(std::lround(std::clamp(c, 0.0f, 1.0f) * 255.0f)); };
   std::size_t i = 0;
   for (int y = 0; y < camera.Height; ++y)
   {

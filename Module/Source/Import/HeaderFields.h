@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "RawVolume.h"
 #include "Status.h"
 
 #include <algorithm>
@@ -55,12 +56,13 @@ private:
   bool Swapped;
 };
 
-/// Whether a file begins as gzip's do. Errors: as Begin().
-Result<bool> IsGzip(const std::string& fileName);
-
 /// The first bytes of a header, decoded if the file is compressed by gzip: at most `most`. Errors:
 /// as Begin(), and Corrupt if a compressed file has fewer than `least`.
 Result<std::string> DecodedBegin(const std::string& fileName, std::size_t least, std::size_t most);
+
+/// The volume with its voxels in this file, which may be compressed by gzip, behind so many bytes
+/// of what it holds. Errors: as Begin().
+Result<RawVolume> VoxelsIn(const std::string& fileName, std::int64_t before, RawVolume raw);
 
 /// InvalidArgument: there are `times` time points, none of them the chosen one.
 Status NoTimePoint(const std::string& fileName, std::int64_t times, int timePoint);

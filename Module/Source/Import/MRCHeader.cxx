@@ -250,15 +250,7 @@ Result<RawVolume> ReadMRCHeader(const std::string& fileName, int timePoint)
   {
     return Corrupt(fileName, "is said to have more voxels than a file can have");
   }
-  raw.Files = { fileName };
-  const auto compressed = headers::IsGzip(fileName);
-  if (!compressed.Ok())
-  {
-    return compressed.GetStatus();
-  }
-  raw.Compressed = compressed.Value();
-  (raw.Compressed ? raw.Before : raw.Offset) = before;
-  return raw;
+  return headers::VoxelsIn(fileName, before, raw);
 }
 
 } // namespace teravox

@@ -250,15 +250,7 @@ Result<RawVolume> ReadNIfTIHeader(const std::string& fileName, int timePoint)
     return status;
   }
   volume.ArrayName = "NIFTI";
-  raw.Files = { names.Voxels };
-  const auto compressed = headers::IsGzip(names.Voxels);
-  if (!compressed.Ok())
-  {
-    return compressed.GetStatus();
-  }
-  raw.Compressed = compressed.Value();
-  (raw.Compressed ? raw.Before : raw.Offset) = before;
-  return raw;
+  return headers::VoxelsIn(names.Voxels, before, raw);
 }
 
 } // namespace teravox

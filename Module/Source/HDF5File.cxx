@@ -3,13 +3,13 @@
 #include "HDF5File.h"
 
 #include "HDF5Lock.h"
+#include "Import/HeaderText.h"
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <exception>
-#include <fstream>
 #include <limits>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -257,9 +257,8 @@ Result<std::shared_ptr<HDF5File>> HDF5File::Open(const std::string& fileName)
     if (H5Fis_hdf5(fileName.c_str()) <= 0)
     {
       lock.TakeError();
-      std::array<char, 3> begin{};
-      std::ifstream(fileName, std::ios::binary).read(begin.data(), begin.size());
-      const bool isNetCDF = std::equal(begin.begin(), begin.end(), "CDF");
+      const auto begin = headers::Begin(fileName, 3);
+      const bool isNetCDF = begin.Ok() && begin.Value() == "CDF";
       return Status(StatusCode::Corrupt,
         "The file " + quoted +
           (isNetCDF ? " isn't an HDF5 file, but classic NetCDF: 'nccopy -k nc4', or of MINC 1 "

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Components.h"
 
+#include "GradientTable.h"
 #include "MarchSetup.h"
 #include "ScaledBrickSource.h"
 
@@ -34,6 +35,12 @@ bool IsOfComponents(BlendKind kind, ComponentMode mode)
       kind != BlendKind::Slice);
 }
 
+const ValueRange& ComponentRange(const VolumeInfo& info, int component)
+{
+  const auto c = static_cast<std::size_t>(component);
+  return c < info.ComponentRanges.size() ? info.ComponentRanges[c] : info.Range;
+}
+
 double LargestLight(const ComponentFunctions& functions, int components)
 {
   double sum = 0;
@@ -52,8 +59,7 @@ std::vector<TransferTable> BuildComponentTables(const ComponentFunctions& functi
   const auto build = [&](TransferFunction function, std::size_t component)
   {
     function.SharpWalls = true; // one component may shine in front of another's wall
-    const ValueRange& own =
-      component < info.ComponentRanges.size() ? info.ComponentRanges[component] : info.Range;
+    const ValueRange& own = ComponentRange(info, static_cast<int>(component));
     return BuildTransferTable(
       ProjectedFunction(ScaleTransferFunction(std::move(function), exponent), kind, own),
       info.Range, !IsFloat(info.Type), smallestStep);
@@ -100,6 +106,20 @@ void SetComponents(MarchParameters& parameters, const ComponentFunctions& functi
     parameters.ComponentMaterial[c] = functions.Material[independent ? c : 0];
     nodes += tables[c].Integrals.size();
     occupied += tables[c].Occupied.size();
+  }
+}
+
+void SetComponentGradients(MarchParameters& parameters, const ComponentFunctions& functions,
+  int components, const Matrix4& datasetFromVoxel, int exponent)
+{
+  const bool independent = functions.Mode == ComponentMode::Independent;
+  for (std::size_t c = 0; c < static_cast<std::size_t>(components); ++c)
+  {
+    const std::size_t f = independent ? c : 0;
+    MarchParameters::Vec& gradient = parameters.ComponentGradient[c];
+    gradient = GradientParameters(functions.Functions[f], datasetFromVoxel, exponent);
+    parameters.Gradient = { 0, 0, 0, gradient[3] };
+    gradient[3] = static_cast<float>(f * GradientTable::Nodes);
   }
 }
 

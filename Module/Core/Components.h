@@ -6,6 +6,7 @@
 #include "MarchParameters.h"
 #include "Projection.h"
 #include "TransferTable.h"
+#include "ViewGeometry.h"
 
 #include <array>
 #include <vector>
@@ -40,10 +41,10 @@ enum class ComponentMode : std::uint32_t
 ///     emission    e = sum_i w_i s_i c_i
 ///     extinction  k = sum_i s_i^2 / sum_j w_j s_j
 ///
-/// which is what is integrated here: the picture is the integral of e exp(-integral of k). A single
-/// component of weight w has e = w s c and k = s / w. The light per extinction, e / k, is at most
-/// sum w_i^2 (Cauchy and Schwarz) and may so be more than 1: pictures are clamped where they are
-/// shown, as VTK's are.
+/// which is what is integrated here, each s_i times its component's gradient opacity: the picture
+/// is the integral of e exp(-integral of k). A single component of weight w has e = w s c and k = s
+/// / w. The light per extinction, e / k, is at most sum w_i^2 (Cauchy and Schwarz) and may so be
+/// more than 1: pictures are clamped where they are shown, as VTK's are.
 struct ComponentFunctions
 {
   ComponentMode Mode = ComponentMode::Independent;
@@ -59,6 +60,9 @@ struct ComponentFunctions
 /// additive are of independent ones.
 bool IsOfComponents(BlendKind kind, ComponentMode mode);
 
+/// The range of the values of one component, or of all where that isn't known.
+const ValueRange& ComponentRange(const VolumeInfo& info, int component);
+
 /// The largest light per extinction that there may be, at least 1.
 double LargestLight(const ComponentFunctions& functions, int components);
 
@@ -71,6 +75,12 @@ std::vector<TransferTable> BuildComponentTables(const ComponentFunctions& functi
 /// MarchParameters::Components, ComponentTransfer, ComponentTable and ComponentMaterial.
 void SetComponents(MarchParameters& parameters, const ComponentFunctions& functions,
   const VolumeInfo& info, int exponent, const std::vector<TransferTable>& tables);
+
+/// MarchParameters::Gradient and ComponentGradient, for tables made by BuildGradientTables() of the
+/// functions. Independent components have opacities by their own gradients, dependent ones by that
+/// of the last one, which has the opacity. See GradientParameters().
+void SetComponentGradients(MarchParameters& parameters, const ComponentFunctions& functions,
+  int components, const Matrix4& datasetFromVoxel, int exponent);
 
 /// MarchParameters::Projection and ComponentProjection of independent components. `projection` is
 /// in data values like those of `info`, `tables` are those of the mode. `relative`: see

@@ -68,6 +68,17 @@ GradientTable BuildGradientTable(const TransferFunction& function)
   return isOne ? GradientTable() : table;
 }
 
+GradientTable BuildGradientTables(const std::vector<TransferFunction>& functions)
+{
+  GradientTable table;
+  bool isOne = true;
+  for (const TransferFunction& function : functions)
+  {
+    isOne = AddNodes(function, LastGradientOf(function), table) && isOne;
+  }
+  return isOne ? GradientTable() : table;
+}
+
 MarchParameters::Vec GradientScale(double nodes, const Matrix4& datasetFromVoxel, int exponent)
 {
   Double3 spacing{};

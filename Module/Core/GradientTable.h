@@ -21,7 +21,8 @@ struct GradientTable
   /// Four times as many as VTK has.
   static constexpr int Nodes = 4096;
   /// Per node: opacity here, how far it has moved since the first node, and both at the next node.
-  /// Empty: the opacity is 1 everywhere. With labels, one after the other as in BuildLabelTables().
+  /// Empty: the opacity is 1 everywhere. With labels, one after the other as in BuildLabelTables();
+  /// of several components one after the other.
   std::vector<std::array<float, 4>> Values;
 
   bool IsOne() const { return this->Values.empty(); }
@@ -29,6 +30,9 @@ struct GradientTable
 };
 
 GradientTable BuildGradientTable(const TransferFunction& function);
+
+/// Of components without labels, each up to its own LastGradient.
+GradientTable BuildGradientTables(const std::vector<TransferFunction>& functions);
 
 /// The largest magnitude that counts, of the function and its labels.
 double LastGradientOf(const TransferFunction& function);

@@ -65,6 +65,7 @@ struct MarchParameters
   /// colour and of the transmittance, before they meet anything.
   static constexpr float NothingMet = -3.0e38f;
   std::array<Vec, 2> Plane{};
+  std::array<Vec, MaximumComponents> ComponentGradient{};
 };
 
 /// How far a clipping plane lies behind the ray of a pixel (x, y) at depth t, kept where it is not

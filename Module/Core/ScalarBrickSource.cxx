@@ -3,6 +3,7 @@
 #include "ScalarBrickSource.h"
 
 #include "BrickTexels.h"
+#include "Components.h"
 
 #include <algorithm>
 #include <cmath>
@@ -52,9 +53,10 @@ ScalarBrickSource::ScalarBrickSource(std::shared_ptr<BrickSource> source, int co
     this->Info_.Type = IsWide(this->Info_.Type) ? ScalarType::Float64 : ScalarType::Float32;
     this->Info_.Labels = false;
   }
+  this->Info_.Range = component == Magnitude ? this->RangeOf(this->Info_.Range)
+                                             : ComponentRange(this->Info_, component);
   this->Info_.Components = 1;
   this->Info_.ComponentRanges.clear();
-  this->Info_.Range = this->RangeOf(this->Info_.Range);
   this->Info_.Histogram.clear(); // it is of all components
   this->Info_.Name +=
     component == Magnitude ? ", magnitude" : ", component " + std::to_string(component);

@@ -131,11 +131,12 @@ std::string ShaderVariant::Defines() const
 
 namespace
 {
-// Other blend modes have no steps, no debug picture and no estimate; of them isosurfaces are lit,
-// and those that meet something are of one component.
+// Other blend modes have no steps, no debug picture, no estimate and no gradients; of them
+// isosurfaces are lit, and those that meet something are of one component.
 void AddBlends(ShaderVariant variant, std::vector<ShaderVariant>& all)
 {
-  if (variant.FixedStep || variant.ShowLevel || variant.Estimate || variant.Dependent)
+  if (variant.FixedStep || variant.ShowLevel || variant.Estimate || variant.Dependent ||
+    variant.GradientOpacity)
   {
     return;
   }
@@ -180,10 +181,16 @@ std::vector<ShaderVariant> ShaderVariant::All()
     {
       continue;
     }
-    // Of one component, in composite blending; gradients not in variants of the debug picture.
-    if (variant.GradientOpacity || variant.Plane || variant.Labels)
+    // In composite blending, gradients not in variants of the debug picture.
+    const bool isGradient = variant.GradientOpacity || variant.Plane;
+    if (isGradient && variant.ShowLevel)
     {
-      if (!variant.Dependent && !((variant.GradientOpacity || variant.Plane) && variant.ShowLevel))
+      continue;
+    }
+    // Of one component.
+    if (variant.Plane || variant.Labels)
+    {
+      if (!variant.Dependent)
       {
         all.push_back(variant);
       }

@@ -441,7 +441,9 @@ Status VolumeEngine::PrepareTables(const FrameRequest& request)
     this->Tables_ = BuildComponentTables(
       this->Components_, info, this->Exponent, request.ShortestLength, request.Blend.Kind);
     this->Marcher->SetTransferTables(this->Tables_);
-    this->Gradient = {};
+    this->Gradient = request.Blend.Kind == BlendKind::Composite
+      ? BuildGradientTables(this->Components_.Functions)
+      : GradientTable();
     this->Marcher->SetGradientTable(this->Gradient);
     this->Plane = {};
     this->Marcher->SetPlane(this->Plane);
@@ -467,6 +469,11 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
     parameters.Transfer = { 0, 0, 1, 0 };
     SetComponents(
       parameters, this->Components_, this->Source_->Info(), this->Exponent, this->Tables_);
+    if (!this->Gradient.IsOne())
+    {
+      SetComponentGradients(parameters, this->Components_, this->Source_->Info().Components,
+        request.Camera.DatasetFromVoxel, this->Exponent);
+    }
   }
   else
   {

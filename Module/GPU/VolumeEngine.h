@@ -352,7 +352,7 @@ private:
   BlendKind TableBlend = BlendKind::Composite; ///< mode that Transfer was made for
   TransferFunction Drawn;                      ///< what Transfer was made of
   TransferTable Transfer;
-  GradientTable Gradient; ///< of Drawn; of several components and other blend modes none
+  GradientTable Gradient; ///< of Drawn or Components_; of other blend modes none
   TransferPlane Plane;    ///< likewise, and not with a mask
   FrameStatistics Frame;
   std::unordered_set<BrickKey, BrickKeyHash> Met;

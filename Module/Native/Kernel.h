@@ -34,7 +34,7 @@ constexpr int MacroEdge = NativeScene::MacroEdge;
 #include "KernelCells.h"
 #include "KernelLight.h"
 #include "KernelExtinction.h"
-#if TERAVOX_GRADIENT_OPACITY
+#if TERAVOX_GRADIENT_OPACITY || TERAVOX_COMPONENTS
 #include "KernelGradient.h"
 #endif
 #if TERAVOX_TRANSFER_PLANE

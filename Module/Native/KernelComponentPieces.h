@@ -24,7 +24,11 @@ constexpr float LeastKappa = 1.0e-37f;
 template <typename F>
 struct ComponentPoint
 {
-  Sample<F> S[MostComponents];  // of emitters
+  Sample<F> S[MostComponents]; // of emitters
+  // Of emitters: their gradients, where there are opacities by them, and what these leave of the
+  // extinction.
+  GradientSample<F> G[MostComponents];
+  F Left[MostComponents];
   Color<F> Own[MostComponents]; // their colours, lit
   Normal<F> N[MostComponents];  // of shaded pictures
   F Has[MostComponents];        // 1 where there is a value, else 0
@@ -62,7 +66,7 @@ TERAVOX_INLINE F Clamped(F v, float high)
 }
 
 // `x`: positions of the components in nodes of their tables; red, green and blue in 0..1. `has`: 1
-// where an emitter has a value, else 0.
+// where an emitter has a value, else 0. Normals and gradients are in `p` already.
 template <typename F>
 inline void FindPoint(const Context& c, const F (&x)[MostComponents],
   const F (&has)[MostComponents], F t, ComponentPoint<F>& p)
@@ -77,7 +81,9 @@ inline void FindPoint(const Context& c, const F (&x)[MostComponents],
     sample = SampleTransfer(k.Tables[i], x[i]);
     sample.S = sample.S * has[i];
     p.Has[i] = has[i];
-    s[i] = sample.S;
+    F& left = p.Left[i];
+    left = k.ByGradient ? sample.S * p.G[i].Opacity : sample.S;
+    s[i] = left;
     Color<F>& color = p.Own[i];
     if (!k.Dependent)
     {
@@ -95,7 +101,7 @@ inline void FindPoint(const Context& c, const F (&x)[MostComponents],
     {
       color = LitColor(k.Lit[i], color, p.N[i], c.Light, t);
     }
-    const F emitted = sample.S * k.Weight[i];
+    const F emitted = left * k.Weight[i];
     p.Light.Red = p.Light.Red + emitted * color.Red;
     p.Light.Green = p.Light.Green + emitted * color.Green;
     p.Light.Blue = p.Light.Blue + emitted * color.Blue;
@@ -103,11 +109,17 @@ inline void FindPoint(const Context& c, const F (&x)[MostComponents],
   p.Kappa = TogetherOf(k, s);
 }
 
+// Whether anything depends on gradients.
+TERAVOX_INLINE bool NeedsSlopes(const Context& c)
+{
+  return c.Scene.Shade || c.Components.ByGradient;
+}
+
 // Eight cells, or parts of them.
 struct ComponentSegments
 {
   Cubic Field[MostComponents];    // in nodes of their tables; red, green, blue in 0..1
-  Gradient Slope[MostComponents]; // of emitters, in data per voxel of level 0; of shaded pictures
+  Gradient Slope[MostComponents]; // of emitters, in data per voxel of level 0; if NeedsSlopes()
   Floats Has[MostComponents];     // 1 where an emitter has a value, else 0
   Floats Length;                  // world units
   Floats Begin;                   // depth
@@ -123,6 +135,11 @@ TERAVOX_INLINE void PointAlong(
     x[i] = Along(s.Field[i], u);
   }
   Floats t = s.Begin;
+  for (int e = 0; k.ByGradient && e < k.EmitterCount; ++e)
+  {
+    const int i = k.Emitters[e];
+    p.G[i] = GradientAlong(k.Gradients[i], s.Slope[i], u);
+  }
   if (c.Scene.Shade)
   {
     for (int e = 0; e < k.EmitterCount; ++e)
@@ -172,11 +189,12 @@ TERAVOX_INLINE Floats TurnedBetween(const Normal<Floats>& a, const Normal<Floats
 }
 
 // What eight pieces add, from their ends and middles. `mean` and `change`: of the extinctions of
-// emitters, and how much they may be off.
+// emitters, and how much they may be off; `varied`: how far opacities by gradient may change, as a
+// share of the largest.
 inline void Combine(const Context& c, const ComponentPoint<Floats>& a,
   const ComponentPoint<Floats>& m, const ComponentPoint<Floats>& b,
-  const Floats (&mean)[MostComponents], const Floats (&change)[MostComponents], Floats length,
-  Pieces& out)
+  const Floats (&mean)[MostComponents], const Floats (&change)[MostComponents], Floats varied,
+  Floats length, Pieces& out)
 {
   const ComponentTables& k = c.Components;
   constexpr float sixth = 1.0f / 6.0f;
@@ -195,9 +213,9 @@ inline void Combine(const Context& c, const ComponentPoint<Floats>& a,
   for (int e = 0; e < k.EmitterCount; ++e)
   {
     const int i = k.Emitters[e];
-    const Floats sa = a.S[i].S;
-    const Floats sm = m.S[i].S;
-    const Floats sb = b.S[i].S;
+    const Floats sa = a.Left[i];
+    const Floats sm = m.Left[i];
+    const Floats sb = b.Left[i];
     simpson[i] = ((sa + sb) + 4.0f * sm) * sixth;
     trapezoid[i] = ((sa + sb) + 2.0f * sm) * 0.25f;
     // The colour of its light: weighted as the three places say, evenly where they see nothing.
@@ -278,10 +296,13 @@ inline void Combine(const Context& c, const ComponentPoint<Floats>& a,
   const Floats uneven = Min(unseen / Max(all, tiny), one);
   const Floats brightest = Max(color.Red, Max(color.Green, color.Blue));
   const Floats shift = (bent + unseenLight) * perKappa +
-    (OpaquePlace * thick * thick + UnseenPlace * uneven * deep) * (slope + bend) +
+    (Max(Splat(OpaquePlace), varied) * thick * thick + UnseenPlace * uneven * deep) *
+      (slope + bend) +
     LightBendWeight * 0.25f * deep * bend + brightest * deep * Min(changed * perKappa, one);
-  out.Error = Min(changed * length, one) * (1.0f - opacity) * Max(one, brightest) +
-    opacity * (Min(shift, Splat(k.LargestLight)) - c.P.Step[1]);
+  const Floats lost = k.ByGradient ? LostOpacity(depth, opacity, changed * length)
+                                   : Min(changed * length, one) * (1.0f - opacity);
+  out.Error =
+    lost * Max(one, brightest) + opacity * (Min(shift, Splat(k.LargestLight)) - c.P.Step[1]);
 }
 
 // The parts from `from` to `to` (in 0..1) of eight segments.
@@ -297,6 +318,7 @@ __attribute__((noinline)) void EvaluateComponents(
   PointAlong(c, s, to, b);
   Floats mean[MostComponents] = {};
   Floats change[MostComponents] = {};
+  Floats varied = {};
   const Floats size = to - from;
   const Floats size2 = size * size;
   for (int e = 0; e < k.EmitterCount; ++e)
@@ -305,12 +327,19 @@ __attribute__((noinline)) void EvaluateComponents(
     const Cubic& f = s.Field[i];
     const Floats bendA = f.C + 3.0f * f.D * from;
     const Floats bendB = f.C + 3.0f * f.D * to;
-    const Extinction x = MeanExtinction(a.S[i], b.S[i], Max(Abs(bendA), Abs(bendB)) * size2,
+    Extinction x = MeanExtinction(a.S[i], b.S[i], Max(Abs(bendA), Abs(bendB)) * size2,
       (-1.0f / 6.0f) * (bendA + 1.5f * f.D * size) * size2);
+    if (k.ByGradient)
+    {
+      const GradientSample<Floats> places[3] = { a.G[i], m.G[i], b.G[i] };
+      varied = Max(varied,
+        AttenuateBetween(
+          k.Gradients[i], f, s.Slope[i], from, to, a.S[i], m.S[i], b.S[i], places, x));
+    }
     mean[i] = x.Mean * s.Has[i];
     change[i] = x.Change * s.Has[i];
   }
-  Combine(c, a, m, b, mean, change, size * s.Length, out);
+  Combine(c, a, m, b, mean, change, varied, size * s.Length, out);
 }
 
 // Segments one by one, to be put together anew.
@@ -329,7 +358,7 @@ inline void FillRows(const Context& c, const ComponentSegments& s, ComponentRows
   {
     ToRows(s.Field[i], rows.Field[i]);
     __builtin_memcpy(rows.Has[i], &s.Has[i], sizeof(rows.Has[i]));
-    if (c.Scene.Shade && c.Components.Weight[i] > 0.0f)
+    if (NeedsSlopes(c) && c.Components.Weight[i] > 0.0f)
     {
       ToRows(s.Slope[i].X, rows.Slope[i][0]);
       ToRows(s.Slope[i].Y, rows.Slope[i][1]);
@@ -346,7 +375,7 @@ inline void ChooseRows(
   for (int i = 0; i < c.Components.Count; ++i)
   {
     s.Field[i] = FromRows(rows.Field[i], lanes);
-    if (c.Scene.Shade && c.Components.Weight[i] > 0.0f)
+    if (NeedsSlopes(c) && c.Components.Weight[i] > 0.0f)
     {
       s.Slope[i] = { FromRows(rows.Slope[i][0], lanes), FromRows(rows.Slope[i][1], lanes),
         FromRows(rows.Slope[i][2], lanes) };

@@ -6,6 +6,12 @@
 #define TERAVOX_COMPONENTS 0
 #endif
 
+struct GradientOpacityTable
+{
+  const float* Nodes; // GradientTable::Values
+  Vec Scale;          // MarchParameters::Gradient
+};
+
 #if TERAVOX_COMPONENTS
 constexpr int MostComponents = 4;
 
@@ -19,6 +25,9 @@ struct ComponentTables
   float Weight[MostComponents];    // of an emitter, > 0; else 0
   float PerWeight[MostComponents]; // 1 / weight
   float LargestLight;              // see Core/Components.h
+  // Opacity by gradient, of emitters.
+  bool ByGradient;
+  GradientOpacityTable Gradients[MostComponents];
   // Copies of the picture's parameters with the material of a component.
   MarchParameters Lit[MostComponents];
 };
@@ -29,6 +38,7 @@ inline ComponentTables ComponentsOf(const NativeScene& scene)
   ComponentTables r{};
   r.Count = scene.Components;
   r.Dependent = p.Components[1] != 0;
+  r.ByGradient = scene.GradientOpacity != nullptr;
   for (int k = 0; k < r.Count; ++k)
   {
     const auto i = static_cast<std::size_t>(k);
@@ -41,6 +51,12 @@ inline ComponentTables ComponentsOf(const NativeScene& scene)
     r.Weight[k] = table[2];
     r.PerWeight[k] = table[2] > 0.0f ? 1.0f / table[2] : 0.0f;
     r.LargestLight = table[3];
+    if (r.ByGradient)
+    {
+      const Vec& gradient = p.ComponentGradient[i];
+      r.Gradients[k] = { scene.GradientOpacity + 4 * static_cast<std::ptrdiff_t>(gradient[3]),
+        { gradient[0], gradient[1], gradient[2], p.Gradient[3] } };
+    }
     if (table[2] > 0.0f)
     {
       r.Emitters[r.EmitterCount] = k;

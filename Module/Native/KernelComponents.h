@@ -68,6 +68,10 @@ inline void ComponentsConstant(
     x[i] = TransferPosition(k.Tables[i], valueHigh, valueLow);
     has[i] = 1.0f;
     p.N[i] = { 0.0f, 0.0f, 0.0f };
+    if (k.ByGradient)
+    {
+      p.G[i] = SampleGradient(k.Gradients[i], 0.0f, 0.0f, 0.0f);
+    }
   }
   FindPoint(c, x, has, t0, p);
   const float depth = p.Kappa * (Max(t1 - t0, 0.0f) * ray.World);
@@ -162,7 +166,7 @@ __attribute__((noinline)) void ComponentsLinear(
     s.Field[i] = { known(NodeOf(k.Tables[i], views[i], texels.A)), known(texels.B * toNodes),
       known(texels.C * toNodes), known(texels.D * toNodes) };
     s.Has[i] = Select(has[i], Splat(1.0f), Floats{});
-    if (c.Scene.Shade && k.Weight[i] > 0.0f)
+    if (NeedsSlopes(c) && k.Weight[i] > 0.0f)
     {
       c.Report.Gradients += static_cast<std::uint64_t>(__builtin_popcount(bits));
       const Gradient g = LoadGradient<T>(views[i], v.At, corners[i], w, d);
@@ -171,6 +175,20 @@ __attribute__((noinline)) void ComponentsLinear(
     }
   }
   TakeSegments(c, state, s, bits);
+}
+
+// From a component's central difference per axis in voxels of level 0.
+TERAVOX_INLINE void SetGradient(
+  const Context& c, int i, Floats x, Floats y, Floats z, ComponentPoint<Floats>& p)
+{
+  if (c.Scene.Shade)
+  {
+    p.N[i] = NormalOf(c.P, x, y, z);
+  }
+  if (c.Components.ByGradient)
+  {
+    p.G[i] = SampleGradient(c.Components.Gradients[i], x, y, z);
+  }
 }
 
 template <typename T>
@@ -190,7 +208,7 @@ __attribute__((noinline)) void ComponentsNearest(
     x[i] = Select(known, NodeOf(k.Tables[i], views[i], texel), Floats{});
     has[i] = Select(known, Splat(1.0f), Floats{});
     colors &= k.Dependent ? known : v.Valid;
-    if (c.Scene.Shade && k.Weight[i] > 0.0f)
+    if (NeedsSlopes(c) && k.Weight[i] > 0.0f)
     {
       const BrickView& view = views[i];
       const auto difference = [&](std::int32_t voxels, float perVoxel)
@@ -198,8 +216,8 @@ __attribute__((noinline)) void ComponentsNearest(
         const auto step = static_cast<std::ptrdiff_t>(sizeof(T)) * voxels;
         return (LoadTexel<T>(view, v.At, step) - LoadTexel<T>(view, v.At, -step)) * perVoxel;
       };
-      p.N[i] = NormalOf(c.P, difference(1, view.PerVoxelX), difference(view.Edge, view.PerVoxelY),
-        difference(view.Edge * view.Edge, view.PerVoxelZ));
+      SetGradient(c, i, difference(1, view.PerVoxelX), difference(view.Edge, view.PerVoxelY),
+        difference(view.Edge * view.Edge, view.PerVoxelZ), p);
     }
   }
   FindPoint(c, x, has, 0.5f * (v.Begin + v.End), p);
@@ -323,9 +341,11 @@ inline void FindPlaces(const Context& c, const ComponentViews& views, const Walk
     x[i] = Select(known, NodeOf(k.Tables[i], views[i], texel), Floats{});
     has[i] = Select(known, Splat(1.0f), Floats{});
     all &= known;
-    if (c.Scene.Shade && k.Weight[i] > 0.0f)
+    if (NeedsSlopes(c) && k.Weight[i] > 0.0f)
     {
-      p.N[i] = NormalAt<T>(c, views[i], places);
+      const BrickView& view = views[i];
+      const Gradient g = LoadGradient<T>(view, places.At, places.Around, places.Within, nowhere);
+      SetGradient(c, i, g.X.A * view.PerVoxelX, g.Y.A * view.PerVoxelY, g.Z.A * view.PerVoxelZ, p);
     }
   }
   if (k.Dependent)
@@ -370,13 +390,24 @@ void ComponentsFixed(
     for (int e = 0; e < k.EmitterCount; ++e)
     {
       const int i = k.Emitters[e];
-      mean[i] = 0.5f *
-        (MeanExtinction(a.S[i], m.S[i], Floats{}, Floats{}).Mean +
-          MeanExtinction(m.S[i], b.S[i], Floats{}, Floats{}).Mean) *
-        ((a.Has[i] * m.Has[i]) * b.Has[i]);
+      // Of each half what its ends say of extinction and gradient together, and for the rest of the
+      // extinction the mean opacity.
+      const auto half = [&](const ComponentPoint<Floats>& from, const ComponentPoint<Floats>& to)
+      {
+        const Floats whole = MeanExtinction(from.S[i], to.S[i], Floats{}, Floats{}).Mean;
+        if (!k.ByGradient)
+        {
+          return whole;
+        }
+        const Floats unseen = whole - 0.5f * (from.S[i].S + to.S[i].S);
+        return Max(0.5f * (from.Left[i] + to.Left[i]) +
+            unseen * (0.5f * (from.G[i].Opacity + to.G[i].Opacity)),
+          Floats{});
+      };
+      mean[i] = 0.5f * (half(a, m) + half(m, b)) * ((a.Has[i] * m.Has[i]) * b.Has[i]);
     }
     Pieces pieces;
-    Combine(c, a, m, b, mean, change, (end - begin) * ray.World, pieces);
+    Combine(c, a, m, b, mean, change, Floats{}, (end - begin) * ray.World, pieces);
     for (int l = 0; l < count; ++l)
     {
       c.Contributing += pieces.Color[l][3] > 0.0f ? 1 : 0;

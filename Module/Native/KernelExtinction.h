@@ -12,12 +12,6 @@ constexpr bool GradientOpacity = TERAVOX_GRADIENT_OPACITY != 0;
 // without a mask.
 #define TERAVOX_TRANSFER_PLANE (TERAVOX_GRADIENT_OPACITY && !TERAVOX_MASK)
 
-struct GradientOpacityTable
-{
-  const float* Nodes; // GradientTable::Values
-  Vec Scale;          // MarchParameters::Gradient
-};
-
 // TransferPlane; Nodes is null where there is none.
 struct PlaneTable
 {

@@ -181,11 +181,12 @@ TERAVOX_INLINE Floats BendOf(
   return SquareRoot(Max(square(from), square(to))) * (0.25f * size * size);
 }
 
-// Turns the extinctions at the ends of parts of segments, and what is known of that between them,
-// into those that the gradient leaves. `m`: in the middle. Returns what AttenuateMean() does.
-inline Floats Attenuate(const GradientOpacityTable& table, const Cubic& field,
-  const Gradient& gradient, Floats from, Floats to, Sample<Floats>& a, const Sample<Floats>& m,
-  Sample<Floats>& b, Extinction& e)
+// Turns the mean extinction of parts of segments, of which `a`, `m` and `b` are the ends and the
+// middle, into what the gradient leaves of it. Returns what AttenuateMean() does.
+inline Floats AttenuateBetween(const GradientOpacityTable& table, const Cubic& field,
+  const Gradient& gradient, Floats from, Floats to, const Sample<Floats>& a,
+  const Sample<Floats>& m, const Sample<Floats>& b, const GradientSample<Floats> (&places)[3],
+  Extinction& e)
 {
   const Floats half = 0.5f * (from + to);
   const Floats size = 0.5f * (to - from);
@@ -196,14 +197,25 @@ inline Floats Attenuate(const GradientOpacityTable& table, const Cubic& field,
     return MeanExtinction(begin, end, Max(Abs(bend), Abs(bendBehind)) * (size * size),
       (-1.0f / 6.0f) * (bend + 1.5f * field.D * size) * (size * size));
   };
-  const auto at = [&](Floats u) {
-    return SampleGradient(table, Along(gradient.X, u), Along(gradient.Y, u), Along(gradient.Z, u));
-  };
   const Floats bend = BendOf(table, gradient, from, to);
   const Floats s[3] = { a.S, m.S, b.S };
-  const GradientSample<Floats> places[3] = { at(from), at(half), at(to) };
-  const Floats varied =
-    AttenuateMean(table, meanOf(a, m, from), meanOf(m, b, half), s, places, bend, e);
+  return AttenuateMean(table, meanOf(a, m, from), meanOf(m, b, half), s, places, bend, e);
+}
+
+TERAVOX_INLINE GradientSample<Floats> GradientAlong(
+  const GradientOpacityTable& table, const Gradient& gradient, Floats u)
+{
+  return SampleGradient(table, Along(gradient.X, u), Along(gradient.Y, u), Along(gradient.Z, u));
+}
+
+// The same, and of the extinctions at the ends.
+inline Floats Attenuate(const GradientOpacityTable& table, const Cubic& field,
+  const Gradient& gradient, Floats from, Floats to, Sample<Floats>& a, const Sample<Floats>& m,
+  Sample<Floats>& b, Extinction& e)
+{
+  const GradientSample<Floats> places[3] = { GradientAlong(table, gradient, from),
+    GradientAlong(table, gradient, 0.5f * (from + to)), GradientAlong(table, gradient, to) };
+  const Floats varied = AttenuateBetween(table, field, gradient, from, to, a, m, b, places, e);
   a.S = a.S * places[0].Opacity;
   b.S = b.S * places[2].Opacity;
   return varied;

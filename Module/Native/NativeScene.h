@@ -47,11 +47,11 @@ struct NativeScene
   const float* Variation = nullptr; ///< TransferTable::Variation
   int Blocks = 0;                   ///< TransferTable::Blocks
   int ExtremesBlock = 0;            ///< TransferTable::ExtremesBlock
-  /// GradientTable::Values; null: none. Not with several components or another blend mode than
-  /// composite; of kernels of their own.
+  /// GradientTable::Values; null: none. Not in another blend mode than composite; of kernels of
+  /// their own, and of several components.
   const float* GradientOpacity = nullptr;
-  /// TransferPlane: Nodes (null: none), Bounds, First, Columns. Under the same conditions and not
-  /// with a mask; the tables above are an upper bound of it.
+  /// TransferPlane: Nodes (null: none), Bounds, First, Columns. Under the same conditions, of one
+  /// component and not with a mask; the tables above are an upper bound of it.
   const float* Plane = nullptr;
   const float* PlaneBounds = nullptr;
   const std::int32_t* PlaneFirst = nullptr;

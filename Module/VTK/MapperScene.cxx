@@ -152,7 +152,6 @@ std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeP
   {
     hasGradientOpacity = hasGradientOpacity || HasGradientOpacity(p, c);
   }
-  check(hasGradientOpacity && components > 1, "GradientOpacity with components");
   check(hasGradientOpacity && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND,
     "GradientOpacity in this BlendMode");
   check(HasLabelMask(m, p) && m->GetMaskBlendFactor() < 1 &&

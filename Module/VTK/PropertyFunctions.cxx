@@ -158,6 +158,21 @@ TransferFunction MakeImage(vtkVolumeProperty* property, const ValueRange& range)
   return MakeImageFunction(std::move(image), property->GetScalarOpacityUnitDistance(0));
 }
 
+// Opacity, also by gradient, and colour over values of two ranges.
+TransferFunction MakeOwnFunction(
+  vtkVolumeProperty* property, int component, const RangeChoice& opacity, const RangeChoice& color)
+{
+  TransferFunction function;
+  SetOwnOpacity(property, component, opacity, function);
+  SetOwnColor(property, component, color, function);
+  SortKnots(function);
+  if (HasGradientOpacity(property, component))
+  {
+    SetGradientOpacity(property->GetGradientOpacity(component), opacity, function);
+  }
+  return function;
+}
+
 // Of dependent components: whether there is such a mode for so many.
 bool AreDependent(vtkVolumeProperty* property, int components)
 {
@@ -216,31 +231,29 @@ bool HasGradientOpacity(vtkVolumeProperty* property, int component)
 TransferFunction MakeTransferFunction(
   vtkVolumeProperty* property, int component, const RangeChoice& range)
 {
-  if (range.Image)
-  {
-    return MakeImage(property, range.Data);
-  }
-  TransferFunction function;
-  SetOwnOpacity(property, component, range, function);
-  SetOwnColor(property, component, range, function);
-  SortKnots(function);
-  if (HasGradientOpacity(property, component))
-  {
-    SetGradientOpacity(property->GetGradientOpacity(component), range, function);
-  }
-  return function;
+  return range.Image ? MakeImage(property, range.Data)
+                     : MakeOwnFunction(property, component, range, range);
 }
 
 ComponentFunctions MakeComponentFunctions(
-  vtkVolumeProperty* property, int components, const RangeChoice& range)
+  vtkVolumeProperty* property, const VolumeInfo& info, const RangeChoice& range)
 {
+  const auto of = [&](int component)
+  {
+    RangeChoice own = range;
+    own.Data = ComponentRange(info, component);
+    return own;
+  };
+  const int components = info.Components;
   ComponentFunctions functions;
   const bool dependent = AreDependent(property, components);
   functions.Mode = dependent ? ComponentMode::Dependent : ComponentMode::Independent;
   for (int c = 0; c < (dependent ? 1 : components); ++c)
   {
     const auto i = static_cast<std::size_t>(c);
-    functions.Functions.push_back(MakeTransferFunction(property, c, range));
+    // The last of dependent ones has the opacity.
+    functions.Functions.push_back(
+      MakeOwnFunction(property, c, of(dependent ? components - 1 : c), of(c)));
     functions.Weight[i] = property->GetComponentWeight(c);
     functions.Material[i] = { static_cast<float>(property->GetAmbient(c)),
       static_cast<float>(property->GetDiffuse(c)), static_cast<float>(property->GetSpecular(c)),

@@ -54,9 +54,9 @@ std::optional<int> SurfaceComponent(vtkVolumeProperty* property, int components)
 /// Whether so many components, as the property takes them, can be drawn in a blend mode.
 bool CanBlendComponents(vtkVolumeProperty* property, int components, BlendKind kind);
 
-/// Those of several components.
+/// Those of several components, each over the range of its own values.
 ComponentFunctions MakeComponentFunctions(
-  vtkVolumeProperty* property, int components, const RangeChoice& range);
+  vtkVolumeProperty* property, const VolumeInfo& info, const RangeChoice& range);
 
 /// The labels for which the property has functions, ascending; without 0, which is that of voxels
 /// that have none, as in VTK.

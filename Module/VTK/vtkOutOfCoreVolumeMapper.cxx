@@ -847,7 +847,7 @@ std::optional<teravox::MapperFrame> vtkOutOfCoreVolumeMapper::vtkInternals::Prep
     if (components > 1)
     {
       part.Engine.SetComponentFunctions(
-        teravox::MakeComponentFunctions(property, components, range), part.FunctionVersion);
+        teravox::MakeComponentFunctions(property, source->Info(), range), part.FunctionVersion);
     }
     else
     {

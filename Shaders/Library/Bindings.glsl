@@ -54,6 +54,8 @@ layout(std140, binding = 0) uniform View
   // transfer table, column of its first; z: the last one; w: levels of bounds. x: 1 / unit distance;
   // y: largest extinction.
   vec4 u_plane[2];
+  // Of voxels with several components. xyz: as u_gradient; w: first node.
+  vec4 u_componentGradient[4];
 };
 
 layout(binding = 0) uniform sampler3D u_atlasTexture;
@@ -82,7 +84,7 @@ layout(binding = 1, rgba32i) uniform writeonly iimage2D u_positionState;
 #if TERAVOX_ESTIMATE || TERAVOX_COUNT
 layout(binding = 2, r32f) uniform image2D u_errorState; // or samples
 #endif
-#if TERAVOX_COMPONENTS
+#if TERAVOX_COMPONENTS && TERAVOX_BLEND
 // Of averages of several components: where values count, world units, of each.
 layout(binding = 9) uniform sampler2D u_lengthsBefore;
 layout(binding = 4, rgba32f) uniform writeonly image2D u_lengthsState;

@@ -9,7 +9,7 @@ struct ComponentLine
   vec4 field[TERAVOX_COMPONENTS]; // in nodes of their tables
   float has[EMITTERS];
   vec2 turns[EMITTERS]; // where the field turns
-#if TERAVOX_SHADE
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
   Gradient slope[EMITTERS]; // in data per voxel of level 0
 #endif
   float begin; // depths
@@ -45,7 +45,7 @@ ComponentLine LineThrough(BrickView view, int level, CellWalk walk, VisitedCell 
     {
       line.has[e] = has && WeightOf(c) > 0.0 ? 1.0 : 0.0;
       line.turns[e] = line.has[e] > 0.0 ? TurningPoints(line.field[c]) : vec2(2.0);
-#if TERAVOX_SHADE
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
       Gradient g =
         GradientAlong(PartOf(view, c), ivec3(visited.cell), visited.corners[c], w0, dw);
       vec3 perVoxel = view.parts[c].x / vec3(u_levelFactor[level].xyz);
@@ -64,10 +64,10 @@ Values ValuesAlong(ComponentLine line, float u)
     v.node[c] = Along(line.field[c], u);
   }
   v.has = line.has;
-#if TERAVOX_SHADE
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
   for (int e = 0; e < EMITTERS; ++e)
   {
-    v.normal[e] = NormalOf(Along(line.slope[e], u));
+    SetDifference(v, e, Along(line.slope[e], u));
   }
 #endif
   return v;
@@ -89,9 +89,10 @@ bool IsLineEmpty(ComponentLine line)
   return empty;
 }
 
-Means MeansBetween(ComponentLine line, Point a, Point b, float u, float to)
+Means MeansBetween(ComponentLine line, Point a, Point m, Point b, float u, float to)
 {
   Means means;
+  means.varied = 0.0;
   float size = to - u;
   float size2 = size * size;
   for (int e = 0; e < EMITTERS; ++e)
@@ -101,10 +102,24 @@ Means MeansBetween(ComponentLine line, Point a, Point b, float u, float to)
     float bendA = f.z + 3.0 * f.w * u;
     float bendB = f.z + 3.0 * f.w * to;
     vec2 mean = MeanOfPart(a.s[e], b.s[e], max(abs(bendA), abs(bendB)) * size2,
-                  (-1.0 / 6.0) * (bendA + 1.5 * f.w * size) * size2) *
-      line.has[e];
-    means.mean[e] = mean.x;
-    means.change[e] = mean.y;
+      (-1.0 / 6.0) * (bendA + 1.5 * f.w * size) * size2);
+#if TERAVOX_GRADIENT_OPACITY
+    vec4 table = u_componentGradient[FIRST_EMITTER + e];
+    float bendM = 0.5 * (bendA + bendB);
+    float quarter = 0.25 * size2;
+    float third = 0.75 * f.w * size;
+    float uneven = abs(MeanExtinction(a.s[e], b.s[e]) - 0.5 * (a.s[e].s + b.s[e].s));
+    float varied = Attenuate(table,
+      MeanOfPart(a.s[e], m.s[e], max(abs(bendA), abs(bendM)) * quarter,
+        (-1.0 / 6.0) * (bendA + third) * quarter),
+      MeanOfPart(m.s[e], b.s[e], max(abs(bendM), abs(bendB)) * quarter,
+        (-1.0 / 6.0) * (bendM + third) * quarter),
+      vec3(a.s[e].s, m.s[e].s, b.s[e].s), uneven, a.gradient[e], m.gradient[e], b.gradient[e],
+      GradientBend(line.slope[e], table.xyz, u, to), mean.x, mean.y);
+    means.varied = max(means.varied, varied);
+#endif
+    means.mean[e] = mean.x * line.has[e];
+    means.change[e] = mean.y * line.has[e];
   }
   return means;
 }
@@ -118,7 +133,7 @@ void IntegrateCell(
     return;
   }
   COUNT(evaluated, true);
-#if TERAVOX_SHADE
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
   COUNT(gradients, true);
 #endif
 #if TERAVOX_COUNT
@@ -155,7 +170,7 @@ void IntegrateCell(
         TurnedBetween(middle.normal[e], end.normal[e]));
 #endif
     }
-    Piece piece = Combine(a, m, b, MeansBetween(line, a, b, u, to), turned,
+    Piece piece = Combine(a, m, b, MeansBetween(line, a, m, b, u, to), turned,
       (to - u) * (line.extent * ray.world));
     float gained = state.transmittance * piece.opacity;
     precise float error = state.transmittance * piece.error.x + gained * piece.error.y;

@@ -17,9 +17,11 @@ const float UNSEEN_PLACE = 0.25;
 // Of light: less makes no difference.
 const float LEAST_CHANGE = 1.0e-6;
 
-// Of the extinction of each emitter, the mean and how much that may be off.
+// Of the extinction of each emitter, the mean and how much that may be off; how far opacities by
+// gradient may change, as a share of the largest.
 struct Means
 {
+  float varied;
   float mean[EMITTERS];
   float change[EMITTERS];
 };
@@ -79,9 +81,9 @@ Piece Combine(Point a, Point m, Point b, Means means, float turned[EMITTERS], fl
   for (int e = 0; e < EMITTERS; ++e)
   {
     int c = FIRST_EMITTER + e;
-    float sa = a.s[e].s;
-    float sm = m.s[e].s;
-    float sb = b.s[e].s;
+    float sa = a.left[e];
+    float sm = m.left[e];
+    float sb = b.left[e];
     simpson[e] = ((sa + sb) + 4.0 * sm) * (1.0 / 6.0);
     trapezoid[e] = ((sa + sb) + 2.0 * sm) * 0.25;
     // The colour of its light: weighted as the three places say, evenly where they see nothing.
@@ -140,10 +142,14 @@ Piece Combine(Point a, Point m, Point b, Means means, float turned[EMITTERS], fl
   float uneven = min(unseen / max(all_, 1.0e-30), 1.0);
   float brightest = BrightestOf(color);
   float shift = (bent + unseenLight) * perKappa +
-    (OPAQUE_PLACE * thick * thick + UNSEEN_PLACE * uneven * deep) * (slope + bend) +
+    (max(OPAQUE_PLACE, means.varied) * thick * thick + UNSEEN_PLACE * uneven * deep) *
+      (slope + bend) +
     LIGHT_BEND_WEIGHT * 0.25 * deep * bend + brightest * deep * min(changed * perKappa, 1.0);
-  return Piece(opacity, color,
-    vec2(min(changed * length_, 1.0) * (1.0 - opacity) * max(1.0, brightest),
-      min(shift, largest)));
+#if TERAVOX_GRADIENT_OPACITY && !TERAVOX_FIXED_STEP
+  float lost = LostOpacity(depth, opacity, changed * length_);
+#else
+  float lost = min(changed * length_, 1.0) * (1.0 - opacity);
+#endif
+  return Piece(opacity, color, vec2(lost * max(1.0, brightest), min(shift, largest)));
 }
 #endif

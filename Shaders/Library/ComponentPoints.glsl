@@ -14,11 +14,18 @@ struct Values
 #if TERAVOX_SHADE
   vec3 normal[EMITTERS];
 #endif
+#if TERAVOX_GRADIENT_OPACITY
+  vec3 difference[EMITTERS]; // central, per axis in voxels of level 0
+#endif
 };
 
 struct Point
 {
   Sample s[EMITTERS];
+  float left[EMITTERS]; // what their gradients leave of the extinction
+#if TERAVOX_GRADIENT_OPACITY
+  SampledGradient gradient[EMITTERS];
+#endif
   vec3 own[EMITTERS]; // their colours, lit
   float kappa;        // extinction
   vec3 light;         // emission
@@ -45,17 +52,33 @@ float TogetherOf(float s[EMITTERS])
 #endif
 }
 
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
+// From an emitter's central difference per axis in voxels of level 0.
+void SetDifference(inout Values v, int emitter, vec3 difference)
+{
+#if TERAVOX_SHADE
+  v.normal[emitter] = NormalOf(difference);
+#endif
+#if TERAVOX_GRADIENT_OPACITY
+  v.difference[emitter] = difference;
+#endif
+}
+#endif
+
 Point FindPoint(Values v, State state, float t)
 {
   Point p;
-  float s[EMITTERS];
   precise vec3 light = vec3(0.0);
   for (int e = 0; e < EMITTERS; ++e)
   {
     int c = FIRST_EMITTER + e;
     p.s[e] = SamplePart(c, v.node[c]);
     p.s[e].s *= v.has[e];
-    s[e] = p.s[e].s;
+    p.left[e] = p.s[e].s;
+#if TERAVOX_GRADIENT_OPACITY
+    p.gradient[e] = SampleGradient(u_componentGradient[c], v.difference[e]);
+    p.left[e] *= p.gradient[e].opacity;
+#endif
 #if TERAVOX_DEPENDENT && TERAVOX_COMPONENTS == COMPONENTS_RGBA
     vec3 color = clamp(vec3(v.node[0], v.node[1], v.node[2]), 0.0, 1.0);
 #elif TERAVOX_DEPENDENT
@@ -68,9 +91,9 @@ Point FindPoint(Values v, State state, float t)
       LitColor(color, LightOn(u_componentMaterial[c], v.normal[e], state.light, t));
 #endif
     p.own[e] = color;
-    light += (s[e] * WeightOf(c)) * color;
+    light += (p.left[e] * WeightOf(c)) * color;
   }
-  p.kappa = TogetherOf(s);
+  p.kappa = TogetherOf(p.left);
   p.light = light;
   return p;
 }
@@ -99,6 +122,9 @@ void IntegrateConstant(inout State state, Ray ray, vec2 value, float t0, float t
     v.has[e] = WeightOf(FIRST_EMITTER + e) > 0.0 ? 1.0 : 0.0;
 #if TERAVOX_SHADE
     v.normal[e] = vec3(0.0);
+#endif
+#if TERAVOX_GRADIENT_OPACITY
+    v.difference[e] = vec3(0.0);
 #endif
   }
   TakeUniform(state, FindPoint(v, state, t0), max(t1 - t0, 0.0) * ray.world);

@@ -22,12 +22,12 @@ Values ValuesAt(BrickView view, int level, float t)
     v.node[c] = has[c] ? v.node[c] : 0.0;
 #endif
     all_ = all_ && has[c];
-#if TERAVOX_SHADE
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
     if (c >= FIRST_EMITTER)
     {
       Gradient g = GradientAlong(part, ivec3(cell), corners, w, vec3(0.0));
-      v.normal[c - FIRST_EMITTER] =
-        NormalOf(Along(g, 0.0) * (part.scale / vec3(u_levelFactor[level].xyz)));
+      SetDifference(
+        v, c - FIRST_EMITTER, Along(g, 0.0) * (part.scale / vec3(u_levelFactor[level].xyz)));
     }
 #endif
   }
@@ -41,6 +41,20 @@ Values ValuesAt(BrickView view, int level, float t)
 #endif
   }
   return v;
+}
+
+// The mean extinction of half a step: what its ends say of extinction and gradient together, and
+// for the rest of the extinction the mean opacity.
+float MeanOfHalfStep(Point a, Point b, int e)
+{
+  precise float mean = MeanExtinction(a.s[e], b.s[e]);
+#if TERAVOX_GRADIENT_OPACITY
+  precise float unseen = mean - 0.5 * (a.s[e].s + b.s[e].s);
+  mean = max(0.5 * (a.left[e] + b.left[e]) +
+      unseen * (0.5 * (a.gradient[e].opacity + b.gradient[e].opacity)),
+    0.0);
+#endif
+  return mean;
 }
 
 void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float t0, float t1)
@@ -71,10 +85,10 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
     Point m = FindPoint(middle, state, half_);
     Point b = FindPoint(end, state, next);
     Means means;
+    means.varied = 0.0;
     for (int e = 0; e < EMITTERS; ++e)
     {
-      precise float mean =
-        0.5 * (MeanExtinction(a.s[e], m.s[e]) + MeanExtinction(m.s[e], b.s[e]));
+      precise float mean = 0.5 * (MeanOfHalfStep(a, m, e) + MeanOfHalfStep(m, b, e));
       means.mean[e] = mean * ((values.has[e] * middle.has[e]) * end.has[e]);
       means.change[e] = 0.0;
     }
@@ -84,7 +98,7 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
     COUNT(samples, true);
     COUNT(evaluated, true);
     COUNT(contributing, piece.opacity > 0.0);
-#if TERAVOX_SHADE
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
     COUNT(gradients, true);
 #endif
     t = next;

@@ -26,9 +26,8 @@ void TakeVoxel(
     has = has && !isnan(texels[c]);
 #endif
     v.has[e] = has ? 1.0 : 0.0;
-#if TERAVOX_SHADE
-    v.normal[e] =
-      NormalOf(CentralDifference(PartOf(view, c), voxel) / vec3(u_levelFactor[level].xyz));
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
+    SetDifference(v, e, CentralDifference(PartOf(view, c), voxel) / vec3(u_levelFactor[level].xyz));
     COUNT(gradients, has);
 #endif
   }

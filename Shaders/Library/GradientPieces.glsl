@@ -19,9 +19,9 @@ float LeastBetween(vec3 a, vec3 b)
 
 // How far the gradient may be from a line between the middle of a piece and its ends: at most an
 // eighth of the second derivative of its cubics times the square of half the size, in nodes.
-float GradientBend(Gradient g, vec3 perVoxel, float from, float to)
+// `scale`: nodes per unit of the gradient.
+float GradientBend(Gradient g, vec3 scale, float from, float to)
 {
-  vec3 scale = perVoxel * u_gradient.xyz;
   vec3 second = vec3(g.x.z, g.y.z, g.z.z) * scale;
   vec3 third = vec3(g.x.w, g.y.w, g.z.w) * scale * 3.0;
   float size = to - from;
@@ -56,10 +56,10 @@ const float PRODUCT_KINK_WEIGHT = 0.25;
 const float PRODUCT_UNSEEN_WEIGHT = 0.25;
 const float PRODUCT_PLACE_WEIGHT = 0.5;
 
-float GradientMoved(float x)
+float GradientMoved(vec4 table, float x)
 {
   float fraction;
-  vec4 node = GradientNode(x, fraction);
+  vec4 node = GradientNode(table, x, fraction);
   return node.y + fraction * (node.w - node.y);
 }
 
@@ -79,8 +79,8 @@ vec4 HalfOf(float mean, float outer, float inner, float other, SampledGradient a
 // `s`: the extinction at the ends and in the middle; `uneven`: of the whole piece, how far its mean
 // is from that of the ends; `bend`: see GradientBend(). Returns how far the
 // opacity may change there, as a share of the largest.
-float Attenuate(vec2 first, vec2 last, vec3 s, float uneven, SampledGradient a, SampledGradient m,
-  SampledGradient b, float bend, inout float mean, out float change)
+float Attenuate(vec4 table, vec2 first, vec2 last, vec3 s, float uneven, SampledGradient a,
+  SampledGradient m, SampledGradient b, float bend, inout float mean, out float change)
 {
   precise vec3 g = vec3(a.opacity, m.opacity, b.opacity);
   precise vec3 product = s * g;
@@ -96,7 +96,7 @@ float Attenuate(vec2 first, vec2 last, vec3 s, float uneven, SampledGradient a, 
   float from =
     min(LeastBetween(a.gradient, m.gradient), LeastBetween(m.gradient, b.gradient)) - bend;
   float to = max(a.magnitude, max(m.magnitude, b.magnitude)) + bend;
-  float unseen = max(GradientMoved(to) - GradientMoved(from) - (largest - least), 0.0);
+  float unseen = max(GradientMoved(table, to) - GradientMoved(table, from) - (largest - least), 0.0);
   precise float attenuated = clamp(bySimpson, all_ * least, all_ * largest);
   float changed = 0.5 * (first.y + last.y) * min(largest + unseen, 1.0) +
     PRODUCT_RULE_WEIGHT * abs(bySimpson - byTrapezoid) +

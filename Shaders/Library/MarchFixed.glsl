@@ -57,8 +57,8 @@ void IntegrateBrick(inout State state, Ray ray, BrickView view, int level, float
     if (mean > 0.0)
     {
       COUNT(gradients, true);
-      float before = SampleGradient(GradientAt(view, level, t)).opacity;
-      float behind = SampleGradient(GradientAt(view, level, next)).opacity;
+      float before = SampleGradient(MainGradients(), GradientAt(view, level, t)).opacity;
+      float behind = SampleGradient(MainGradients(), GradientAt(view, level, next)).opacity;
       // What the ends say of both together, and for the rest of the extinction the mean opacity.
       precise float unseen = mean - 0.5 * (sA + sB);
       sA *= before;

@@ -28,7 +28,7 @@ void TakeVoxel(
   {
     vec3 difference = CentralDifference(view, voxel) / vec3(u_levelFactor[level].xyz);
 #if TERAVOX_GRADIENT_OPACITY
-    depth *= SampleGradient(difference).opacity;
+    depth *= SampleGradient(MainGradients(), difference).opacity;
 #endif
 #if TERAVOX_PLANE
     PlaneSample there = SamplePlane(node, RowOf(difference * u_gradient.xyz));

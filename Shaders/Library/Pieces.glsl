@@ -64,7 +64,7 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
   vec3 normalA = NormalOf(Along(gradient, 0.0) * perVoxel);
 #endif
 #if TERAVOX_GRADIENT_OPACITY
-  SampledGradient front = SampleGradient(Along(gradient, 0.0) * perVoxel);
+  SampledGradient front = SampleGradient(MainGradients(), Along(gradient, 0.0) * perVoxel);
 #endif
 #if TERAVOX_COUNT
   float before = state.transmittance;
@@ -105,13 +105,13 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
     float bendM = cubic.z + 3.0 * cubic.w * half_;
     float quarter = 0.25 * size_ * size_;
     float third = 0.75 * cubic.w * size_;
-    SampledGradient middle = SampleGradient(Along(gradient, half_) * perVoxel);
-    SampledGradient back = SampleGradient(Along(gradient, to) * perVoxel);
-    float varied = Attenuate(MeanOfPart(a, m, max(abs(bendA), abs(bendM)) * quarter,
+    SampledGradient middle = SampleGradient(MainGradients(), Along(gradient, half_) * perVoxel);
+    SampledGradient back = SampleGradient(MainGradients(), Along(gradient, to) * perVoxel);
+    float varied = Attenuate(MainGradients(), MeanOfPart(a, m, max(abs(bendA), abs(bendM)) * quarter,
                 (-1.0 / 6.0) * (bendA + third) * quarter),
       MeanOfPart(m, b, max(abs(bendM), abs(bendB)) * quarter,
         (-1.0 / 6.0) * (bendM + third) * quarter),
-      vec3(sA, m.s, sB), uneven, front, middle, back, GradientBend(gradient, perVoxel, u, to),
+      vec3(sA, m.s, sB), uneven, front, middle, back, GradientBend(gradient, perVoxel * u_gradient.xyz, u, to),
       mean, change);
     sA *= front.opacity;
     sB *= back.opacity;

@@ -115,7 +115,7 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
     vec3 s = empty ? vec3(0.0) : vec3(a.plain.s, m.plain.s, b.plain.s);
     float least = min(s.x, min(s.y, s.z));
     float largest = max(s.x, max(s.y, s.z));
-    float bend = GradientBend(line_.gradient, line_.perVoxel, u, to);
+    float bend = GradientBend(line_.gradient, line_.perVoxel * u_gradient.xyz, u, to);
     float low = min(LeastBetween(a.gradient, m.gradient), LeastBetween(m.gradient, b.gradient));
     float high = max(a.row, max(m.row, b.row));
     vec2 columns = vec2(ColumnOf(a.node), ColumnOf(b.node));

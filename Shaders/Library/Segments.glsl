@@ -97,7 +97,7 @@ void IntegrateConstant(inout State state, Ray ray, vec2 value, float t0, float t
   vec3 color = there.color;
 #else
 #if TERAVOX_GRADIENT_OPACITY
-  depth *= SampleGradient(vec3(0.0)).opacity;
+  depth *= SampleGradient(MainGradients(), vec3(0.0)).opacity;
 #endif
   vec3 color = TransferColor(position);
 #endif

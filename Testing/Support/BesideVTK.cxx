@@ -115,8 +115,10 @@ void BesideVTK::CopyCuts()
 
 void BesideVTK::Expect(const std::string& name, const Tolerance& tolerance)
 {
+  this->Prepare(false);
   const std::vector<float> ours = OverBackground(this->Shown);
   ASSERT_TRUE(this->Shown.Mapper->IsConverged()) << name;
+  this->Prepare(true);
   const PictureEnvelope theirs = EnvelopeOf(this->Shown, this->Theirs);
   const ImageDifference plain = CompareImages(ours, theirs.Middle);
   const ImageDifference excess = ExcessOverEnvelope(ours, theirs.Low, theirs.High);

@@ -4,6 +4,7 @@
 
 #include "Scene.h"
 
+#include <functional>
 #include <string>
 #include <vector>
 #include <vtkOpenGLGPUVolumeRayCastMapper.h>
@@ -50,6 +51,9 @@ public:
 
   vtkSmartPointer<vtkImageData> Image;
   Stage Shown;
+  /// Called before VTK's mapper draws (true) and before ours does (false), where they need other
+  /// properties for the same picture.
+  std::function<void(bool theirs)> Prepare = [](bool) {};
   vtkNew<vtkOpenGLGPUVolumeRayCastMapper> Theirs;
 
 private:

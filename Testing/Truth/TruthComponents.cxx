@@ -29,6 +29,7 @@ public:
     , Fields(Count)
     , There(Count)
     , Differences(Count)
+    , Bends(Count)
   {
     this->Shading.Ray = ray;
     this->Start = TransformPoint(this->First.Volume.VoxelFromWorld(), ray.Origin);
@@ -177,11 +178,12 @@ private:
     for (std::size_t c = 0; c < this->Count; ++c)
     {
       const TruthScene& part = *this->Scene.Parts[c];
-      if (!part.Shading || !this->Emits(c))
+      if (!(part.Shading || part.GradientOpacity) || !this->Emits(c))
       {
         continue;
       }
-      const Double3 step = part.Shading->GradientStep(part.Volume, this->Level);
+      const Double3 step =
+        part.Shading ? part.Shading->GradientStep(part.Volume, this->Level) : Double3{ 1, 1, 1 };
       std::array<Double3, 4> samples{};
       for (std::size_t i = 0; i < 4; ++i)
       {
@@ -195,7 +197,26 @@ private:
         this->Differences[c][axis] = TruthCubic::FromSamples(
           { samples[0][axis], samples[1][axis], samples[2][axis], samples[3][axis] });
       }
+      if (part.GradientOpacity)
+      {
+        this->Bends[c] = part.GradientOpacity->Bends(this->Differences[c], this->Factor());
+      }
     }
+  }
+
+  /// Voxels of level 0 per voxel, as all components have them.
+  Double3 Factor() const
+  {
+    const auto& factor = this->First.Volume.Level(this->Level).Factor;
+    return { static_cast<double>(factor[0]), static_cast<double>(factor[1]),
+      static_cast<double>(factor[2]) };
+  }
+
+  /// What the gradient leaves of a component's extinction.
+  double GradientShare(std::size_t c, double s) const
+  {
+    const TruthGradientOpacity* opacity = this->Scene.Parts[c]->GradientOpacity;
+    return opacity ? (*opacity)(opacity->Magnitude(this->DifferenceAt(c, s), this->Factor())) : 1;
   }
 
   Double3 DifferenceAt(std::size_t c, double s) const
@@ -232,10 +253,14 @@ private:
     }
   }
 
-  /// Where the shading has a kink.
+  /// Where the shading has a kink, or the opacity by gradient.
   void AddKinks(std::size_t c, std::vector<double>& cuts) const
   {
     const TruthScene& part = *this->Scene.Parts[c];
+    if (part.GradientOpacity && this->Emits(c) && this->There[c])
+    {
+      cuts.insert(cuts.end(), this->Bends[c].begin(), this->Bends[c].end());
+    }
     if (!part.Shading || !this->Emits(c) || !this->There[c])
     {
       return;
@@ -296,7 +321,8 @@ private:
     for (std::size_t c = 0; c < this->Count; ++c)
     {
       if (this->There[c] && this->Emits(c) &&
-        this->FunctionOf(c).GetAlpha(this->Fields[c](middle)) >= 1)
+        this->FunctionOf(c).GetAlpha(this->Fields[c](middle)) >= 1 &&
+        this->GradientShare(c, middle) > 0)
       {
         // Just behind the beginning: at it, a jump of the colour belongs to either side.
         const double s = lower + 1e-12 * (upper - lower);
@@ -326,7 +352,8 @@ private:
           continue;
         }
         const TruthTransfer& function = this->FunctionOf(c);
-        const double sigma = function.Extinction(function.GetAlpha(this->Fields[c](s)));
+        const double sigma =
+          function.Extinction(function.GetAlpha(this->Fields[c](s))) * this->GradientShare(c, s);
         if (sigma > 0)
         {
           total += this->WeightOf(c) * sigma;
@@ -351,6 +378,7 @@ private:
   std::vector<TruthCubic> Fields; // of the cell under way
   std::vector<bool> There;        // no NaN
   std::vector<std::array<TruthCubic, 3>> Differences;
+  std::vector<std::vector<double>> Bends; // of opacities by gradient
   TruthShadingRay Shading;
   Double3 Start{}; // corner coordinates of level 0 at t = 0, and their growth per world length
   Double3 Step{};

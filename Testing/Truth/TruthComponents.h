@@ -13,6 +13,8 @@ namespace teravox
 /// its volume, its transfer function, its shading. Camera, levels, cuts, tolerance and the measure
 /// of lengths are those of the first. Not owned.
 ///
+/// GradientOpacity is that of each emitter.
+///
 /// Independent: with weights w, extinctions s and colours c of the components at a place, what a
 /// length emits is sum w s c, and what it takes away sum s^2 / sum w s, both over w > 0. Where an
 /// opacity is 1, there is a wall: with W the components that have it, its light is

@@ -42,6 +42,9 @@ struct TransferFunction
   /// Knots. Empty: Knots.
   std::vector<double> DomainKnots;
   int FewestIntervals = 4096; ///< of the table, unless integers need fewer
+  /// Where the field is constant in voxels nothing evens out what a table is off at a kink: each
+  /// voxel has all of it.
+  static constexpr int FewestIntervalsOfNearest = 32768;
   /// Of a volume with a label mask: what is drawn of the voxels of each label that bricks tell
   /// apart (VolumeInfo::MaskLabels); this function is that of all others. Not in
   /// BuildTransferTable(), see LabelTables.h.

@@ -166,6 +166,10 @@ TransferFunction MakeOwnFunction(
   SetOwnOpacity(property, component, opacity, function);
   SetOwnColor(property, component, color, function);
   SortKnots(function);
+  if (property->GetInterpolationType() == VTK_NEAREST_INTERPOLATION)
+  {
+    function.FewestIntervals = TransferFunction::FewestIntervalsOfNearest;
+  }
   if (HasGradientOpacity(property, component))
   {
     SetGradientOpacity(property->GetGradientOpacity(component), opacity, function);

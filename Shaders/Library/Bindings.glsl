@@ -84,7 +84,7 @@ layout(binding = 1, rgba32i) uniform writeonly iimage2D u_positionState;
 #if TERAVOX_ESTIMATE || TERAVOX_COUNT
 layout(binding = 2, r32f) uniform image2D u_errorState; // or samples
 #endif
-#if TERAVOX_COMPONENTS && TERAVOX_BLEND
+#if TERAVOX_COMPONENTS && !TERAVOX_GRADIENT_OPACITY
 // Of averages of several components: where values count, world units, of each.
 layout(binding = 9) uniform sampler2D u_lengthsBefore;
 layout(binding = 4, rgba32f) uniform writeonly image2D u_lengthsState;

@@ -195,3 +195,28 @@ TEST(StabilityOfSteps, Nearest)
     },
     "step, nearest, f32");
 }
+
+// Nor does anything even out what a table is off where a steep function bends.
+TEST(StabilityOfSteps, SteepRampsNearest)
+{
+  ImageOptions options;
+  options.Type = ScalarType::Float32;
+  const auto image = MakeImage(options);
+  const auto source = SourceOfImage(image, BrickEdge, false);
+  ExpectImage(
+    image, *source,
+    [](Stage& stage)
+    {
+      for (double v = 20.37; v < 240; v += 12.1)
+      {
+        stage.Opacity->AddPoint(v, 0.001);
+        stage.Opacity->AddPoint(v + 0.51, 0.4);
+        stage.Opacity->AddPoint(v + 1.02, 0.001);
+      }
+      stage.Color->AddRGBPoint(0, 0.1, 0.2, 0.9);
+      stage.Color->AddRGBPoint(255, 0.9, 0.8, 0.1);
+      stage.Property->SetScalarOpacityUnitDistance(0.05);
+      stage.Property->SetInterpolationTypeToNearest();
+    },
+    "steep ramps, nearest, f32");
+}

@@ -176,8 +176,8 @@ std::vector<ShaderVariant> ShaderVariant::All()
     {
       continue;
     }
-    // Masks end where they do, not where a step does, and are of one component.
-    if (variant.Masked && (variant.FixedStep || variant.Dependent))
+    // Masks end where they do, not where a step does.
+    if (variant.Masked && variant.FixedStep)
     {
       continue;
     }
@@ -199,7 +199,7 @@ std::vector<ShaderVariant> ShaderVariant::All()
     // Several components: the last of two or of four may have the opacity of all.
     for (const int components : { 2, 3, 4 })
     {
-      if (!variant.Masked && (!variant.Dependent || components != 3))
+      if (!variant.Dependent || components != 3)
       {
         all.push_back(variant);
         all.back().Components = components;

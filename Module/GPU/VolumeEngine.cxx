@@ -352,10 +352,10 @@ Status VolumeEngine::Prepare(const FrameRequest& request)
     this->TableVersion = 0;
   }
   const VolumeInfo& info = this->Source_->Info();
-  if (info.Masked && info.Components > 1)
+  if (this->HasLabels() && info.Components > 1)
   {
     return Status(StatusCode::Unsupported,
-      info.Name + " has a mask, and such volumes can be drawn of one component only.");
+      info.Name + " has a label mask, and such volumes can be drawn of one component only.");
   }
   if (this->HasLabels() && request.Blend.Kind != BlendKind::Composite)
   {

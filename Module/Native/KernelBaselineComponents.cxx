@@ -2,4 +2,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #define TERAVOX_KERNEL baseline_components
 #define TERAVOX_COMPONENTS 1
+#define TERAVOX_MASK 1
 #include "Kernel.h"

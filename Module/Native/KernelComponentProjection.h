@@ -286,6 +286,15 @@ void ProjectComponents(
     nearest ? ProjectComponentsNearest<T>(c, state, ray, views, w)
             : ProjectComponentsLinear<T>(c, state, ray, views, w);
     lot.Count = 0;
+    lot.Uniform = 0;
+  };
+  const auto projectIf = [&](bool due)
+  {
+    if (due)
+    {
+      project();
+    }
+    return !due || !IsOver(c, state);
   };
   const auto skips = [&](std::size_t at)
   {
@@ -328,14 +337,9 @@ void ProjectComponents(
     }
     do
     {
-      PutCell(lot, w, cell, t, t1);
-      if (lot.Count == Lanes)
+      if (!PutComponents<T>(c, lot, w, view, IndexOf(view, at), cell, t, t1, projectIf))
       {
-        project();
-        if (IsOver(c, state))
-        {
-          return;
-        }
+        return;
       }
     } while (t < stop);
     at = Within(view, at + (exits <= next ? w.Move : none));

@@ -241,6 +241,22 @@ inline const std::uint64_t* ComponentOccupancyOf(
     });
 }
 
+// Puts the voxel cell where the ray is into the lot, or the parts of it that a mask lets through,
+// which is done for the cells of CELL_EDGE^3 at `place` whose mask isn't of one value. Returns
+// whether the ray goes on.
+template <typename T, typename IntegrateIf>
+TERAVOX_INLINE bool PutComponents(const Context& c, Lot& lot, const Walk& w, const BrickView& view,
+  std::size_t place, Quad& cell, float& t, float t1, const IntegrateIf& integrateIf)
+{
+  if (c.Scene.Masked && MaskOf<T>(view, place) <= 0)
+  {
+    return c.Scene.Nearest ? PutMasked<T, true>(c, lot, w, view, cell, t, t1, integrateIf)
+                           : PutMasked<T, false>(c, lot, w, view, cell, t, t1, integrateIf);
+  }
+  PutCell(lot, w, cell, t, t1);
+  return integrateIf(lot.Count == Lanes);
+}
+
 // From visible cell to visible cell (see IntegrateBrick).
 template <typename T>
 void ComponentsBrick(
@@ -266,6 +282,15 @@ void ComponentsBrick(
       ComponentsLinear<T>(c, state, ray, views, w);
     }
     lot.Count = 0;
+    lot.Uniform = 0;
+  };
+  const auto integrateIf = [&](bool due)
+  {
+    if (due)
+    {
+      integrate();
+    }
+    return !due || !IsOver(c, state);
   };
   Quad cell = CellAt(w, t0);
   bool known = true; // `cell` is where the ray is
@@ -305,14 +330,9 @@ void ComponentsBrick(
     }
     do
     {
-      PutCell(lot, w, cell, t, t1);
-      if (lot.Count == Lanes)
+      if (!PutComponents<T>(c, lot, w, view, place.Range, cell, t, t1, integrateIf))
       {
-        integrate();
-        if (IsOver(c, state))
-        {
-          return;
-        }
+        return;
       }
     } while (t < stop);
     at = Within(view, at + (exits <= next ? w.Move : none));

@@ -28,10 +28,15 @@ inline void DrawMapped(Context& c, State& state, const Ray& ray, int level, Inde
 {
   ComponentViews views;
   const auto count = static_cast<std::uint32_t>(c.Components.Count);
+  const std::uint32_t first = slot * (count + (c.Scene.Masked ? 1 : 0));
   for (std::uint32_t i = 0; i < count; ++i)
   {
     // Slots hold component after component.
-    views[i] = ViewBrick(c.Scene, c.Components.Tables[i], ray, level, brick, slot * count + i);
+    views[i] = ViewBrick(c.Scene, c.Components.Tables[i], ray, level, brick, first + i);
+  }
+  if (c.Scene.Masked)
+  {
+    FindMask(c.Scene, count, views[0]);
   }
   if (c.Scene.FloatTexels)
   {

@@ -7,15 +7,21 @@
 // What lies between is integrated as it always is.
 #if TERAVOX_MASK
 
+// It lies behind so many components, of which `view` is the first.
+inline void FindMask(const NativeScene& scene, std::size_t components, BrickView& view)
+{
+  const auto cubed = [](std::int32_t n) {
+    return static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * static_cast<std::size_t>(n);
+  };
+  view.Mask = view.Voxels + components * cubed(view.Edge) * scene.BytesPerTexel;
+  view.MaskCells = view.Cells + components * cubed(view.CellsAlong) * 2 * scene.BytesPerTexel;
+}
+
 inline BrickView ViewMasked(const NativeScene& scene, const Transfer& transfer, const Ray& ray,
   int level, Index brick, std::uint32_t slot)
 {
   BrickView view = ViewBrick(scene, transfer, ray, level, brick, 2 * slot);
-  const auto cubed = [](std::int32_t n) {
-    return static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * static_cast<std::size_t>(n);
-  };
-  view.Mask = view.Voxels + cubed(view.Edge) * scene.BytesPerTexel;
-  view.MaskCells = view.Cells + cubed(view.CellsAlong) * 2 * scene.BytesPerTexel;
+  FindMask(scene, 1, view);
   return view;
 }
 

@@ -53,8 +53,9 @@ static bool HasMask(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p)
 
 bool IsMasked(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p, int components)
 {
-  return HasMask(m, p) && components == 1 &&
-    (!HasLabelMask(m, p) || m->GetBlendMode() == vtkVolumeMapper::COMPOSITE_BLEND);
+  return HasMask(m, p) &&
+    (!HasLabelMask(m, p) ||
+      (components == 1 && m->GetBlendMode() == vtkVolumeMapper::COMPOSITE_BLEND));
 }
 
 Projection MakeProjection(vtkOutOfCoreVolumeMapper* m, vtkVolumeProperty* p)
@@ -130,7 +131,7 @@ std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeP
       m->GetDebugView() != vtkOutOfCoreVolumeMapper::NO_DEBUG_VIEW, "DebugView of vtkMultiVolume");
     check(m->GetBlock() != 0, "Block of vtkMultiVolume");
   }
-  check(masked && components > 1, "MaskInput with components");
+  check(HasLabelMask(m, p) && components > 1, "MaskTypeToLabelMap with components");
   check(HasLabelMask(m, p) && m->GetBlendMode() != vtkVolumeMapper::COMPOSITE_BLEND,
     "MaskTypeToLabelMap with BlendMode");
   check(IsMasked(m, p, components) && m->GetImageErrorTolerance() <= 0,

@@ -37,7 +37,8 @@ BrickView ViewBrick(Ray ray, int level, uvec3 brick, uint slot)
   int cells = CellsAlong();
   uvec3 at = uvec3(slot % u_atlas.x, slot / u_atlas.x % u_atlas.y, slot / (u_atlas.x * u_atlas.y));
 #if TERAVOX_COMPONENTS
-  at.z *= uint(TERAVOX_COMPONENTS); // one component behind the other
+  const uint parts = uint(TERAVOX_COMPONENTS + TERAVOX_MASK);
+  at.z *= parts; // one component behind the other, and a mask
 #elif TERAVOX_MASK
   at.z *= 2u; // the mask behind the voxels
   slot *= 2u;
@@ -50,7 +51,7 @@ BrickView ViewBrick(Ray ray, int level, uvec3 brick, uint slot)
   for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
   {
 #if TERAVOX_SLOT_TABLE
-    vec4 value = b_slots[slot * uint(TERAVOX_COMPONENTS) + uint(c)];
+    vec4 value = b_slots[slot * parts + uint(c)];
     float scale = value.z;
     vec2 lowest = value.xy;
 #else

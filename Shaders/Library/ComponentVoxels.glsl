@@ -4,6 +4,13 @@
 void TakeVoxel(
   inout State state, Ray ray, BrickView view, int level, ivec3 voxel, float t0, float t1)
 {
+#if TERAVOX_MASK
+  if (MaskAt(view, voxel) == 0)
+  {
+    COUNT(samples, true);
+    return;
+  }
+#endif
   Values v;
   float texels[TERAVOX_COMPONENTS];
   bool all_ = true;

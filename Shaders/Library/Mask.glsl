@@ -4,6 +4,13 @@
 // drawn; with a label mask else whose tables count, with a binary one 1.
 #if TERAVOX_MASK
 
+// Behind all components.
+#if TERAVOX_COMPONENTS
+const int BEFORE_MASK = TERAVOX_COMPONENTS;
+#else
+const int BEFORE_MASK = 1;
+#endif
+
 // The mask's value that a texel holds.
 int MaskValue(float texel)
 {
@@ -12,7 +19,7 @@ int MaskValue(float texel)
 
 int MaskAt(BrickView view, ivec3 voxel)
 {
-  voxel.z += int(u_atlas.w);
+  voxel.z += BEFORE_MASK * int(u_atlas.w);
   return MaskValue(Voxel(view, voxel));
 }
 
@@ -20,7 +27,7 @@ int MaskAt(BrickView view, ivec3 voxel)
 // them.
 ivec2 MaskRange(BrickView view, ivec3 cell)
 {
-  cell.z += CellsAlong();
+  cell.z += BEFORE_MASK * CellsAlong();
   vec2 range = CellRange(view, cell);
   return ivec2(MaskValue(range.x), MaskValue(range.y));
 }

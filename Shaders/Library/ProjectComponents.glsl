@@ -35,6 +35,12 @@ void TakeVoxel(
   inout State state, Ray ray, BrickView view, int level, ivec3 voxel, float t0, float t1)
 {
   COUNT(samples, true);
+#if TERAVOX_MASK
+  if (MaskAt(view, voxel) == 0)
+  {
+    return;
+  }
+#endif
   for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
   {
     float texel = Voxel(PartOf(view, c), voxel);

@@ -7,6 +7,7 @@
 #include "BesideVTK.h"
 #include "ComponentScene.h"
 #include "ExpectTruth.h"
+#include "MaskImages.h"
 #include "MessageRecorder.h"
 #include "RayOfTruth.h"
 #include "vtkOutOfCoreVolumeMapper.h"
@@ -99,10 +100,15 @@ void SetMode(vtkVolumeMapper* mapper, const Mode& mode, const ImageOptions& opti
 class BlendTruth
 {
 public:
-  BlendTruth(Stage& stage, vtkImageData* image)
+  BlendTruth(Stage& stage, vtkImageData* image, const InMask& isIn)
     : Shown(stage)
-    , Components(stage, SourceOfImage(image, BrickEdge, false))
+    , Source(SourceOfImage(image, BrickEdge, false))
+    , Components(stage, Source)
   {
+    if (isIn)
+    {
+      this->Components.SetMask(MaskLevels(this->Source->Info().Layout, isIn));
+    }
     vtkDataArray* array = image->GetPointData()->GetScalars();
     for (int c = 0; c < array->GetNumberOfComponents(); ++c)
     {
@@ -148,16 +154,18 @@ public:
 
 private:
   Stage& Shown;
+  std::shared_ptr<BrickSource> Source;
   ComponentTruth Components;
   std::vector<ValueRange> Ranges;
 };
 
 // A third of the pixels, within the tolerance of the envelope of 9 rays.
-void ExpectBlend(Stage& stage, vtkImageData* image, const std::string& name)
+void ExpectBlend(
+  Stage& stage, vtkImageData* image, const std::string& name, const InMask& isIn = nullptr)
 {
   const std::vector<float> picture = stage.Draw();
   ASSERT_TRUE(stage.Mapper->IsConverged()) << name;
-  const BlendTruth truth(stage, image);
+  const BlendTruth truth(stage, image, isIn);
   double plain = 0;
   double worst = 0;
   double seen = 0;
@@ -257,6 +265,28 @@ TEST_P(ComponentBlendOf, Truth)
       stage.Look({ -1, 0.4, 0.2 }, 0.7, true);
       stage.Property->SetComponentWeight(0, 0);
       ExpectBlend(stage, image, name + ", parallel, one without a weight");
+    }
+  }
+}
+
+// Only what is in a binary mask.
+TEST_P(ComponentBlendOf, MaskedTruth)
+{
+  for (const ScalarType type : { ScalarType::UInt8, ScalarType::Float32 })
+  {
+    const ImageOptions options = OptionsOf(type);
+    const InMask isIn = Sponge(options.Dimensions);
+    const auto image = ImageFor(GetParam(), options, 2);
+    Stage stage(36, 36);
+    Show(stage, image, GetParam(), options);
+    SetMask(stage.Mapper, MaskImage(options.Dimensions, isIn));
+    for (const bool nearest : { false, true })
+    {
+      SetNearest(stage, nearest);
+      ExpectBlend(stage, image,
+        std::string(GetParam().Name) + ", masked, " + ToString(type) +
+          (nearest ? ", nearest" : ", linear"),
+        isIn);
     }
   }
 }

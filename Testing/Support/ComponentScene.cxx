@@ -123,6 +123,14 @@ ComponentTruth::ComponentTruth(Stage& stage, const std::shared_ptr<BrickSource>&
   }
 }
 
+void ComponentTruth::SetMask(const std::vector<TruthLevel>& levels)
+{
+  for (const auto& part : this->Parts)
+  {
+    part->SetMask(levels);
+  }
+}
+
 ImageDifference ComponentTruth::Excess(
   const std::vector<float>& picture, double small, ImageDifference* plain) const
 {
@@ -161,9 +169,13 @@ ImageDifference ComponentTruth::Excess(
 }
 
 void ExpectComponentTruth(Stage& stage, const std::shared_ptr<BrickSource>& source,
-  const std::string& name, const Bounds& bounds)
+  const std::string& name, const Bounds& bounds, const std::vector<TruthLevel>& mask)
 {
-  const ComponentTruth truth(stage, source);
+  ComponentTruth truth(stage, source);
+  if (!mask.empty())
+  {
+    truth.SetMask(mask);
+  }
   ExpectExcess(
     stage,
     [&](const std::vector<float>& picture, double small, ImageDifference* plain)

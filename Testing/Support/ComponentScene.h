@@ -34,6 +34,8 @@ class ComponentTruth
 public:
   ComponentTruth(Stage& stage, const std::shared_ptr<BrickSource>& source);
   const TruthComponents& Scene() const { return this->Scene_; }
+  /// See StageTruth::SetMask().
+  void SetMask(const std::vector<TruthLevel>& levels);
   /// See StageTruth::Excess().
   ImageDifference Excess(
     const std::vector<float>& picture, double small, ImageDifference* plain = nullptr) const;
@@ -45,8 +47,8 @@ private:
   int Width;
 };
 
-/// See ExpectTruth().
+/// See ExpectTruth(); `mask`: levels of one, or none.
 void ExpectComponentTruth(Stage& stage, const std::shared_ptr<BrickSource>& source,
-  const std::string& name, const Bounds& bounds = {});
+  const std::string& name, const Bounds& bounds = {}, const std::vector<TruthLevel>& mask = {});
 
 } // namespace teravox::test

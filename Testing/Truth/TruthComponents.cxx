@@ -99,15 +99,29 @@ private:
       {
         cuts.push_back(std::clamp((plane - a) / b, from, to));
       }
+      if (this->IsLinear() && this->First.Mask)
+      {
+        // The mask changes half way between.
+        for (double plane = std::ceil(low - 0.5) + 0.5; plane <= high; plane += 1)
+        {
+          cuts.push_back(std::clamp((plane - a) / b, from, to));
+        }
+      }
     }
     std::sort(cuts.begin(), cuts.end());
     for (std::size_t i = 1; i < cuts.size() && !this->Done(); ++i)
     {
-      if (cuts[i - 1] < cuts[i])
+      if (cuts[i - 1] < cuts[i] && this->IsInMask(0.5 * (cuts[i - 1] + cuts[i])))
       {
         this->Cell(cuts[i - 1], cuts[i]);
       }
     }
+  }
+
+  bool IsInMask(double t) const
+  {
+    const TruthVolume* mask = this->First.Mask;
+    return !mask || mask->Field(this->Level, this->Start + t * this->Step) > 0;
   }
 
   /// No plane of voxel centres (or no face, if the fields are constant in voxels) inside.

@@ -10,8 +10,8 @@ namespace teravox
 {
 
 /// A picture of voxels with several components, each a field of its own with a scene of its own:
-/// its volume, its transfer function, its shading. Camera, levels, cuts, tolerance and the measure
-/// of lengths are those of the first. Not owned.
+/// its volume, its transfer function, its shading. Camera, levels, cuts, a mask (without labels),
+/// tolerance and the measure of lengths are those of the first. Not owned.
 ///
 /// GradientOpacity is that of each emitter.
 ///

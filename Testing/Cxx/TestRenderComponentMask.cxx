@@ -52,6 +52,11 @@ TEST(ComponentMasks, EachWayAndTypeWithinTheTolerance)
   for (const Case& c : { Case{ ScalarType::UInt8, 2, false }, Case{ ScalarType::Float32, 3, false },
          Case{ ScalarType::Int16, 4, false }, Case{ ScalarType::UInt8, 4, true } })
   {
+    // Each way of each case is a shader to compile.
+    if (!TakesAll() && (c.Count == 2 || c.Type == ScalarType::Int16))
+    {
+      continue;
+    }
     const ImageOptions options = OptionsOfType(c.Type);
     const InMask isIn = Sponge(options.Dimensions);
     const auto image = MakeComponentImage(options, c.Count);

@@ -435,9 +435,9 @@ TEST(Components, BesideVTKsMapper)
     const auto image = MakeComponentImage(options, c.Count);
     options.Type = ScalarType::UInt16;
     const auto wide = MakeComponentImage(options, c.Count);
-    // Smaller pictures are of level 1.
-    BesideVTK both({}, 40);
+    BesideVTK both({}, 24);
     Stage& stage = both.Shown;
+    stage.Mapper->SetMaximumLevel(0);
     Show(stage, image,
       { OpacityShape::Ramp, OpacityShape::Ramp, OpacityShape::Fog, OpacityShape::Ramp },
       c.Dependent ? 1 : c.Count);

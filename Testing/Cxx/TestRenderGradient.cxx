@@ -277,7 +277,8 @@ TEST(GradientOpacity, BesideVTK)
   {
     ImageOptions options;
     options.Dimensions = { 60, 54, 66 };
-    BesideVTK comparison(options, 48);
+    BesideVTK comparison(options, 28);
+    comparison.Shown.Mapper->SetMaximumLevel(0);
     comparison.Shown.SetTransfer(MakeTransfer(OpacityShape::Ramp));
     comparison.Shown.SetShade(shade);
     comparison.Shown.Look({ 0.4, 1, -0.3 }, 0.8);

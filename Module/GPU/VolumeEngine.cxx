@@ -676,10 +676,11 @@ Status VolumeEngine::RunPasses(
       // little more than one where they come fast.
       this->Loader->WaitFinished(0.05);
       const double until = Now() + std::min(0.02, lastPass);
-      while (this->Loader->Pending() > 0 && Now() < until)
+      for (double left = until - Now(); this->Loader->Pending() > 0 && left > 0;
+           left = until - Now())
       {
         const WaitScope waitingForBricks;
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        std::this_thread::sleep_for(std::chrono::duration<double>(std::min(0.001, left)));
       }
       continue;
     }

@@ -463,10 +463,11 @@ PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::
   std::vector<NativeReport> reports(tiles.size());
   Requests all;
   // Nothing in the region throws but an exhausted heap, which ends the process as it should.
-#pragma omp parallel
+  // Waking threads for a single tile, and their waiting at its end, takes longer than most tiles.
+#pragma omp parallel if (count > 1)
   {
     Requests mine;
-#pragma omp for schedule(dynamic)
+#pragma omp for schedule(dynamic) nowait
     for (std::int64_t t = 0; t < count; ++t)
     {
       const auto i = static_cast<std::size_t>(t);
@@ -539,7 +540,7 @@ std::vector<std::uint32_t> NativeMarcher::Refine(
   std::vector<LatticeCount> counts(tiles.size());
   const auto sweep = [&](LatticeStep step)
   {
-#pragma omp parallel for schedule(dynamic)
+#pragma omp parallel for schedule(dynamic) if (count > 1)
     for (std::int64_t t = 0; t < count; ++t)
     {
       const auto i = static_cast<std::size_t>(t);

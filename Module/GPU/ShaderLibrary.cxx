@@ -132,7 +132,7 @@ std::string ShaderVariant::Defines() const
 namespace
 {
 // Other blend modes have no steps, no debug picture, no estimate and no gradients; of them
-// isosurfaces are lit, and those that meet something are of one component.
+// those that meet something are lit, hit it first, and are of one component.
 void AddBlends(ShaderVariant variant, std::vector<ShaderVariant>& all)
 {
   if (variant.FixedStep || variant.ShowLevel || variant.Estimate || variant.Dependent ||
@@ -145,8 +145,7 @@ void AddBlends(ShaderVariant variant, std::vector<ShaderVariant>& all)
   {
     variant.Blend = kind;
     const bool meets = kind == BlendKind::Isosurface || kind == BlendKind::Slice;
-    if ((!variant.Shade || kind == BlendKind::Isosurface) && (!variant.FirstHit || meets) &&
-      (variant.Components == 1 || !meets))
+    if (meets ? variant.Components == 1 : !variant.Shade && !variant.FirstHit)
     {
       all.push_back(variant);
     }

@@ -582,7 +582,7 @@ ShaderVariant VolumeEngine::VariantOf(const FrameRequest& request, const VoxelFo
   variant.FixedStep = !request.Nearest && request.Tolerance <= 0 && isComposite && !variant.Masked;
   variant.FloatData = format.IsFloat();
   variant.SlotTable = format.Relative;
-  variant.Shade = request.Shade && (isComposite || variant.Blend == BlendKind::Isosurface);
+  variant.Shade = request.Shade && AddsUpOpacity(variant.Blend);
   variant.Lights = variant.Shade && !request.Lights.empty();
   variant.Plane = !this->Plane.IsNone() && !request.ShowLevel;
   variant.GradientOpacity = !variant.Plane && !this->Gradient.IsOne() && !request.ShowLevel;

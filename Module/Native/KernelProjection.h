@@ -235,12 +235,17 @@ inline void JumpTo(Context& c, State& state, float node, const NormalHere& norma
   }
 }
 
-// What a slice shows of a value.
-inline void TakeSlice(Context& c, State& state, float node)
+// What a slice shows of a value at a depth of the ray, where its normal is known.
+template <typename NormalHere>
+inline void TakeSlice(Context& c, State& state, float node, const NormalHere& normal, float t)
 {
   if (!c.Projection.Any)
   {
-    const Color<float> color = TransferColor(c.Table, node);
+    Color<float> color = TransferColor(c.Table, node);
+    if (c.Scene.Shade)
+    {
+      color = LitColor(c.P, color, normal(), c.Light, t);
+    }
     Accumulate(state, Min(SampleTransfer(c.Table, node).S, 1.0f),
       Quad{ color.Red, color.Green, color.Blue, 0.0f });
     c.Projection.Any = true;
@@ -264,6 +269,7 @@ inline void ProjectConstant(
   }
   c.Samples += 1;
   const float length = (t1 - t0) * ray.World;
+  const auto noNormal = [] { return Normal<float>{ 0.0f, 0.0f, 0.0f }; };
   switch (c.Scene.Blend)
   {
     case BlendKind::Maximum:
@@ -281,15 +287,10 @@ inline void ProjectConstant(
       c.Projection.Sum += SampleTransfer(c.Table, node).S * length;
       break;
     case BlendKind::Isosurface:
-      JumpTo(
-        c, state, node,
-        [] {
-          return Normal<float>{ 0.0f, 0.0f, 0.0f };
-        },
-        t0);
+      JumpTo(c, state, node, noNormal, t0);
       break;
     default:
-      TakeSlice(c, state, node);
+      TakeSlice(c, state, node, noNormal, t0);
       break;
   }
 }

@@ -174,7 +174,14 @@ __attribute__((noinline)) void ProjectLinear(
     case BlendKind::Slice:
       if (f.Valid[0] != 0)
       {
-        TakeSlice(c, state, NodeOf(c.Table, view, CubicAlong(k, from, passed).A[0]));
+        const auto normal = [&]
+        {
+          const Gradient g = LoadGradient<T>(view, v.At, k, from, passed);
+          return NormalOf(
+            c.P, g.X.A[0] * view.PerVoxelX, g.Y.A[0] * view.PerVoxelY, g.Z.A[0] * view.PerVoxelZ);
+        };
+        TakeSlice(
+          c, state, NodeOf(c.Table, view, CubicAlong(k, from, passed).A[0]), normal, v.Begin[0]);
       }
       break;
     default:
@@ -203,7 +210,7 @@ __attribute__((noinline)) void ProjectNearest(
     {
       LoseSide(c);
     }
-    else if (c.Scene.Blend == BlendKind::Isosurface)
+    else if (c.Scene.Blend == BlendKind::Isosurface || c.Scene.Blend == BlendKind::Slice)
     {
       const auto normal = [&]
       {
@@ -220,7 +227,8 @@ __attribute__((noinline)) void ProjectNearest(
         return NormalOf(c.P, difference(1, view.PerVoxelX), difference(view.Edge, view.PerVoxelY),
           difference(std::ptrdiff_t{ view.Edge } * view.Edge, view.PerVoxelZ));
       };
-      JumpTo(c, state, node[l], normal, v.Begin[l]);
+      c.Scene.Blend == BlendKind::Slice ? TakeSlice(c, state, node[l], normal, v.Begin[l])
+                                        : JumpTo(c, state, node[l], normal, v.Begin[l]);
     }
     else
     {

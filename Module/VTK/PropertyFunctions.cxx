@@ -68,21 +68,21 @@ void AddKnots(Function* of, TransferFunction& function)
   function.IsConstantBeyond = function.IsConstantBeyond && of->GetClamping() != 0;
 }
 
-void SetOpacity(
-  vtkSmartPointer<vtkPiecewiseFunction> opacity, double unitDistance, TransferFunction& function)
+void SetOpacity(const vtkSmartPointer<vtkPiecewiseFunction>& opacity, double unitDistance,
+  TransferFunction& function)
 {
   AddKnots<4>(opacity.Get(), function);
   function.UnitDistance = unitDistance;
   function.Opacity = [opacity](double v) { return opacity->GetValue(v); };
 }
 
-void SetColor(vtkSmartPointer<vtkColorTransferFunction> color, TransferFunction& function)
+void SetColor(const vtkSmartPointer<vtkColorTransferFunction>& color, TransferFunction& function)
 {
   AddKnots<6>(color.Get(), function);
   function.Color = [color](double v, double* rgb) { color->GetColor(v, rgb); };
 }
 
-void SetGray(vtkSmartPointer<vtkPiecewiseFunction> gray, TransferFunction& function)
+void SetGray(const vtkSmartPointer<vtkPiecewiseFunction>& gray, TransferFunction& function)
 {
   AddKnots<4>(gray.Get(), function);
   function.Color = [gray](double v, double* rgb) { rgb[0] = rgb[1] = rgb[2] = gray->GetValue(v); };

@@ -22,13 +22,7 @@ void IntegrateCell(
   float largest =
     NodeOf(view, max(LargestOf(visited.corners.near), LargestOf(visited.corners.far)));
 #endif
-#if TERAVOX_BLEND == BLEND_MAXIMUM
-  float best = max(max(cubic.x, Along(cubic, 1.0)), max(Along(cubic, turns.x), Along(cubic, turns.y)));
-  TakeExtreme(state, ExtremeOf(clamp(best, least, largest)));
-#elif TERAVOX_BLEND == BLEND_MINIMUM
-  float best = min(min(cubic.x, Along(cubic, 1.0)), min(Along(cubic, turns.x), Along(cubic, turns.y)));
-  TakeExtreme(state, ExtremeOf(-clamp(best, least, largest)));
-#elif TERAVOX_BLEND == BLEND_ISOSURFACE
+#if TERAVOX_BLEND == BLEND_ISOSURFACE || TERAVOX_BLEND == BLEND_SLICE
   Place place;
   place.u = 0.0;
 #if TERAVOX_SHADE
@@ -37,9 +31,17 @@ void IntegrateCell(
   place.begin = visited.begin;
   place.extent = walk.t - visited.begin;
 #endif
+#endif
+#if TERAVOX_BLEND == BLEND_MAXIMUM
+  float best = max(max(cubic.x, Along(cubic, 1.0)), max(Along(cubic, turns.x), Along(cubic, turns.y)));
+  TakeExtreme(state, ExtremeOf(clamp(best, least, largest)));
+#elif TERAVOX_BLEND == BLEND_MINIMUM
+  float best = min(min(cubic.x, Along(cubic, 1.0)), min(Along(cubic, turns.x), Along(cubic, turns.y)));
+  TakeExtreme(state, ExtremeOf(-clamp(best, least, largest)));
+#elif TERAVOX_BLEND == BLEND_ISOSURFACE
   CrossCell(state, cubic, least, largest, turns, place);
 #elif TERAVOX_BLEND == BLEND_SLICE
-  TakeSlice(state, cubic.x);
+  TakeSlice(state, cubic.x, place);
 #else
   AddSum(SumCell(state, TheSumRule(), cubic, turns, (walk.t - visited.begin) * ray.world));
 #endif

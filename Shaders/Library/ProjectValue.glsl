@@ -3,7 +3,7 @@
 // Blend modes other than composite: what they make of a part of the ray with one value.
 #if !TERAVOX_COMPONENTS
 
-#if TERAVOX_BLEND == BLEND_ISOSURFACE
+#if TERAVOX_BLEND == BLEND_ISOSURFACE || TERAVOX_BLEND == BLEND_SLICE
 Place PlaceWith(vec3 gradient, float t)
 {
   Place place;
@@ -19,15 +19,18 @@ Place PlaceWith(vec3 gradient, float t)
 }
 #endif
 
+#if TERAVOX_BLEND == BLEND_SLICE
 // What a slice shows of a value.
-void TakeSlice(inout State state, float node)
+void TakeSlice(inout State state, float node, Place place)
 {
   if (!g_any)
   {
-    Accumulate(state, min(SampleTransfer(node).s, 1.0), TransferColor(node));
+    Accumulate(
+      state, min(SampleTransfer(node).s, 1.0), ColorAt(state, place, TransferColor(node)));
     g_any = true;
   }
 }
+#endif
 
 // A part of the ray with one value. `gradient`: in data per voxel of level 0.
 void TakeValue(inout State state, Ray ray, float node, vec3 gradient, float t0, float t1)
@@ -39,7 +42,7 @@ void TakeValue(inout State state, Ray ray, float node, vec3 gradient, float t0, 
 #elif TERAVOX_BLEND == BLEND_ISOSURFACE
   JumpTo(state, node, PlaceWith(gradient, t0));
 #elif TERAVOX_BLEND == BLEND_SLICE
-  TakeSlice(state, node);
+  TakeSlice(state, node, PlaceWith(gradient, t0));
 #else
   AddSum(SumBetween(TheSumRule(), node, node) * ((t1 - t0) * ray.world));
 #endif

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// Isosurfaces: where the cubic of a cell meets a value, and what is seen there.
+// Isosurfaces: where the cubic of a cell meets a value, and what is seen there. Slices: the latter.
 
-#if TERAVOX_BLEND == BLEND_ISOSURFACE
+#if TERAVOX_BLEND == BLEND_ISOSURFACE || TERAVOX_BLEND == BLEND_SLICE
 // What is known of the place where a ray is, for the light there.
 struct Place
 {
@@ -15,16 +15,22 @@ struct Place
   float u;
 };
 
-void TakeSurface(inout State state, int i, Place place)
+vec3 ColorAt(State state, Place place, vec3 color)
 {
-  vec4 surface = u_isoColors[i];
-  vec3 color = surface.rgb;
 #if TERAVOX_SHADE
   color = LitColor(color,
     Shade(Along(place.gradient, place.u) * place.perVoxel, state.light,
       place.begin + place.u * place.extent));
 #endif
-  Accumulate(state, surface.a, color);
+  return color;
+}
+#endif
+
+#if TERAVOX_BLEND == BLEND_ISOSURFACE
+void TakeSurface(inout State state, int i, Place place)
+{
+  vec4 surface = u_isoColors[i];
+  Accumulate(state, surface.a, ColorAt(state, place, surface.rgb));
 }
 
 // From the side where a ray is to that of a value, where the field jumps or is known not to.

@@ -51,7 +51,9 @@ const Mode Additive{ "additive", vtkVolumeMapper::ADDITIVE_BLEND, {} };
 const Mode Surfaces{ "isosurfaces", vtkVolumeMapper::ISOSURFACE_BLEND, { 0.62, 0.2, 0.4 } };
 const Mode Lit{ "lit isosurfaces", vtkVolumeMapper::ISOSURFACE_BLEND, { 0.62, 0.2, 0.4 }, true };
 const Mode Slice{ "slice", vtkVolumeMapper::SLICE_BLEND, {} };
-const std::vector<Mode> Modes{ Maximum, Minimum, Average, Additive, Surfaces, Lit, Slice };
+const Mode LitSlice{ "lit slice", vtkVolumeMapper::SLICE_BLEND, {}, true };
+const std::vector<Mode> Modes{ Maximum, Minimum, Average, Additive, Surfaces, Lit, Slice,
+  LitSlice };
 
 // Nodes over low...high: smooth, opaque at the upper end.
 TransferNodes NodesOf(double low, double high)
@@ -88,6 +90,28 @@ vtkSmartPointer<vtkImageData> ImageFor(const Mode& mode, const ImageOptions& opt
     : MakeImage(options);
 }
 
+// A value at a depth of a ray, premultiplied, in the light that it has there.
+TruthColor SeenAt(const RayOfTruth& ray, int level, double depth, double value)
+{
+  TruthColor seen = Premultiplied(ray.Scene, value);
+  const TruthShading* shading = ray.Scene.Shading;
+  if (shading && seen[3] > 0)
+  {
+    TruthShadingRay light;
+    light.Ray = ray.Ray;
+    light.Entry = ray.Ray.At(ray.Ray.LengthAtDepth(ray.Spans.front().DepthBegin));
+    const Double3 color = shading->Shade(light, ray.Scene.Volume, level,
+      ray.Scene.Volume.CentralDifference(
+        level, ray.VoxelAt(depth), shading->GradientStep(ray.Scene.Volume, level)),
+      ray.Scene.Transfer.GetColor(value));
+    for (std::size_t c = 0; c < 3; ++c)
+    {
+      seen[c] = seen[3] * std::clamp(color[c], 0.0, 1.0);
+    }
+  }
+  return seen;
+}
+
 // All surfaces along a ray, front to back.
 TruthColor SurfacesAlong(const RayOfTruth& ray, std::vector<double> values)
 {
@@ -114,23 +138,12 @@ TruthColor SurfacesAlong(const RayOfTruth& ray, std::vector<double> values)
           const double there = ray.Field(level, m);
           (!std::isnan(there) && (there >= iso) == up ? b : a) = m;
         }
-        Double3 color = ray.Scene.Transfer.GetColor(iso);
-        const double alpha = ray.Scene.Transfer.GetAlpha(iso);
-        if (const TruthShading* shading = ray.Scene.Shading)
+        const TruthColor seen = SeenAt(ray, level, b, iso);
+        const double left = 1 - sum[3];
+        for (std::size_t c = 0; c < 4; ++c)
         {
-          TruthShadingRay light;
-          light.Ray = ray.Ray;
-          light.Entry = ray.Ray.At(ray.Ray.LengthAtDepth(ray.Spans.front().DepthBegin));
-          color = shading->Shade(light, ray.Scene.Volume, level,
-            ray.Scene.Volume.CentralDifference(
-              level, ray.VoxelAt(b), shading->GradientStep(ray.Scene.Volume, level)),
-            color);
+          sum[c] += left * seen[c];
         }
-        for (std::size_t c = 0; c < 3; ++c)
-        {
-          sum[c] += (1 - sum[3]) * alpha * std::clamp(color[c], 0.0, 1.0);
-        }
-        sum[3] += (1 - sum[3]) * alpha;
         side += up ? 1 : -1;
       }
       // Where a mask has holes, a ray stays on its side.
@@ -174,7 +187,7 @@ TruthColor SliceAlong(const RayOfTruth& ray, vtkImplicitFunction* function)
           const double m = 0.5 * (a + b);
           ((valueAt(m) > 0) == (here > 0) ? b : a) = m;
         }
-        return Premultiplied(ray.Scene, ray.Field(span.Level, b));
+        return SeenAt(ray, span.Level, b, ray.Field(span.Level, b));
       }
       before = here;
       depthBefore = depth;

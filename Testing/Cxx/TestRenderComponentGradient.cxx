@@ -123,47 +123,37 @@ TEST(ComponentGradients, DependentOnesWithinTheTolerance)
 // Types, missing values, nearest neighbours, spacings, turned and stretched, coarser levels.
 TEST(ComponentGradients, RandomScenesWithinTheTolerance)
 {
-  std::mt19937 generator(2207);
-  const auto uniform = [&](double low, double high)
-  { return std::uniform_real_distribution<double>(low, high)(generator); };
-  const auto chosen = [&](auto... values)
-  {
-    const std::array all{ values... };
-    return all[std::uniform_int_distribution<std::size_t>(0, all.size() - 1)(generator)];
-  };
+  RandomNumbers random(2207);
   for (int scene = 0; scene < (TakesAll() ? 12 : 4); ++scene)
   {
-    const int n = chosen(2, 3, 4);
-    const bool dependent = n != 3 && uniform(0, 1) < 0.3;
-    ImageOptions options = OptionsOfType(chosen(ScalarType::UInt8, ScalarType::Int16,
-      ScalarType::UInt32, ScalarType::Float32, ScalarType::Float64));
-    options.ShareOfNaN = IsFloat(options.Type) ? chosen(0.0, 0.005) : 0;
-    options.Dimensions = { chosen(7, 20, 33), chosen(5, 18, 24), chosen(9, 17, 30) };
-    options.Spacing = { uniform(0.5, 2), uniform(0.5, 2), uniform(0.5, 2) };
+    const RandomComponents chosen(random, 0.005);
+    const int n = chosen.Count;
+    const bool dependent = chosen.Dependent;
+    const ImageOptions& options = chosen.Options;
     const auto image = MakeComponentImage(options, n);
     const auto source = SourceOfImage(image, BrickEdge, false);
     Stage stage(14, 14);
     Show(stage, image, dependent ? 1 : n, options);
     stage.Property->SetIndependentComponents(dependent ? 0 : 1);
-    const double stretch = (options.High - options.Low) / 255 * uniform(0.5, 2);
+    const double stretch = (options.High - options.Low) / 255 * random.Uniform(0.5, 2);
     for (int c = 0; c < (dependent ? 1 : n); ++c)
     {
-      if (c == 0 || uniform(0, 1) < 0.6)
+      if (c == 0 || random.Uniform(0, 1) < 0.6)
       {
-        SetGradient(stage, c, *chosen(&Rising, &Peak, &Step, &Falling), stretch);
+        SetGradient(stage, c, *random.Chosen(&Rising, &Peak, &Step, &Falling), stretch);
       }
-      stage.Property->SetComponentWeight(c, chosen(1.0, 1.0, 0.8, 0.3, c == 0 ? 1.0 : 0.0));
-      stage.Property->SetScalarOpacityUnitDistance(c, std::exp(uniform(-2.5, -0.5)));
+      stage.Property->SetComponentWeight(c, random.Chosen(1.0, 1.0, 0.8, 0.3, c == 0 ? 1.0 : 0.0));
+      stage.Property->SetScalarOpacityUnitDistance(c, std::exp(random.Uniform(-2.5, -0.5)));
     }
-    const bool shaded = uniform(0, 1) < 0.4;
-    const bool nearest = uniform(0, 1) < 0.25;
+    const bool shaded = random.Uniform(0, 1) < 0.4;
+    const bool nearest = random.Uniform(0, 1) < 0.25;
     stage.SetShade(shaded);
     stage.Property->SetInterpolationType(
       nearest ? VTK_NEAREST_INTERPOLATION : VTK_LINEAR_INTERPOLATION);
-    stage.Volume->RotateX(uniform(0, 90));
-    stage.Volume->SetScale(uniform(0.7, 1.4), uniform(0.7, 1.4), 1);
-    stage.Look({ uniform(-1, 1), uniform(-1, 1), uniform(0.1, 1) }, chosen(0.3, 0.8, 1.2, 3.0),
-      uniform(0, 1) < 0.3);
+    stage.Volume->RotateX(random.Uniform(0, 90));
+    stage.Volume->SetScale(random.Uniform(0.7, 1.4), random.Uniform(0.7, 1.4), 1);
+    stage.Look({ random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(0.1, 1) },
+      random.Chosen(0.3, 0.8, 1.2, 3.0), random.Uniform(0, 1) < 0.3);
     ExpectComponentTruth(stage, source,
       std::to_string(scene) + ": " + std::to_string(n) + " of " + ToString(options.Type) +
         (dependent ? ", dependent" : "") + (shaded ? ", shaded" : "") +

@@ -240,25 +240,15 @@ TEST(Components, ConstantOnesHaveAClosedForm)
 // Any number of components with any functions, weights, unit distances, types and views.
 TEST(Components, RandomScenesWithinTheTolerance)
 {
-  std::mt19937 generator(20261);
-  const auto uniform = [&](double low, double high)
-  { return std::uniform_real_distribution<double>(low, high)(generator); };
-  const auto chosen = [&](auto... values)
-  {
-    const std::array all{ values... };
-    return all[std::uniform_int_distribution<std::size_t>(0, all.size() - 1)(generator)];
-  };
+  RandomNumbers random(20261);
   // Each of the shaders is compiled.
   const bool native = TestedMarcher() == vtkOutOfCoreVolumeMapper::MARCHER_NATIVE;
   for (int scene = 0; scene < (native ? 24 : 10); ++scene)
   {
-    const int n = chosen(2, 3, 4);
-    const bool dependent = n != 3 && uniform(0, 1) < 0.3;
-    ImageOptions options = OptionsOfType(chosen(ScalarType::UInt8, ScalarType::Int16,
-      ScalarType::UInt32, ScalarType::Float32, ScalarType::Float64));
-    options.ShareOfNaN = IsFloat(options.Type) ? chosen(0.0, 0.05) : 0;
-    options.Dimensions = { chosen(7, 20, 33), chosen(5, 18, 24), chosen(9, 17, 30) };
-    options.Spacing = { uniform(0.5, 2), uniform(0.5, 2), uniform(0.5, 2) };
+    const RandomComponents chosen(random, 0.05);
+    const int n = chosen.Count;
+    const bool dependent = chosen.Dependent;
+    const ImageOptions& options = chosen.Options;
     const auto image = MakeComponentImage(options, n);
     const auto source = SourceOfImage(image, BrickEdge, false);
     Stage stage(14, 14);
@@ -267,7 +257,7 @@ TEST(Components, RandomScenesWithinTheTolerance)
       (dependent ? ", dependent" : ", independent");
     for (int c = 0; c < n; ++c)
     {
-      shapes.push_back(chosen(OpacityShape::Ramp, OpacityShape::Peak, OpacityShape::Box,
+      shapes.push_back(random.Chosen(OpacityShape::Ramp, OpacityShape::Peak, OpacityShape::Box,
         OpacityShape::Wall, OpacityShape::Fog));
       name += std::string(c < 1 || !dependent ? ", " : "") +
         (c < 1 || !dependent ? ToString(shapes.back()) : "");
@@ -276,21 +266,21 @@ TEST(Components, RandomScenesWithinTheTolerance)
     stage.Property->SetIndependentComponents(dependent ? 0 : 1);
     for (int c = 0; c < n; ++c)
     {
-      stage.Property->SetComponentWeight(c, chosen(1.0, 1.0, 0.8, 0.3, c == 0 ? 1.0 : 0.0));
-      stage.Property->SetScalarOpacityUnitDistance(c, std::exp(uniform(-1.5, 1.5)));
+      stage.Property->SetComponentWeight(c, random.Chosen(1.0, 1.0, 0.8, 0.3, c == 0 ? 1.0 : 0.0));
+      stage.Property->SetScalarOpacityUnitDistance(c, std::exp(random.Uniform(-1.5, 1.5)));
     }
-    if (uniform(0, 1) < 0.4)
+    if (random.Uniform(0, 1) < 0.4)
     {
       SetMaterials(stage);
       name += ", shaded";
     }
-    if (uniform(0, 1) < 0.2)
+    if (random.Uniform(0, 1) < 0.2)
     {
       stage.Property->SetInterpolationTypeToNearest();
       name += ", nearest";
     }
-    stage.Look(
-      { uniform(-1, 1), uniform(-1, 1), uniform(0.1, 1) }, uniform(0.3, 1.2), uniform(0, 1) < 0.3);
+    stage.Look({ random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(0.1, 1) },
+      random.Uniform(0.3, 1.2), random.Uniform(0, 1) < 0.3);
     ExpectComponentTruth(stage, source, name);
   }
 }

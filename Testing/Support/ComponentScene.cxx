@@ -76,6 +76,19 @@ vtkSmartPointer<vtkImageData> MakeComponentImage(const ImageOptions& options, in
     });
 }
 
+RandomComponents::RandomComponents(RandomNumbers& random, double shareOfNaN)
+  : Count(random.Chosen(2, 3, 4))
+  , Dependent(this->Count != 3 && random.Uniform(0, 1) < 0.3)
+  , Options(OptionsOfType(random.Chosen(ScalarType::UInt8, ScalarType::Int16, ScalarType::UInt32,
+      ScalarType::Float32, ScalarType::Float64)))
+{
+  this->Options.ShareOfNaN = IsFloat(this->Options.Type) ? random.Chosen(0.0, shareOfNaN) : 0;
+  this->Options.Dimensions = { random.Chosen(7, 20, 33), random.Chosen(5, 18, 24),
+    random.Chosen(9, 17, 30) };
+  this->Options.Spacing = { random.Uniform(0.5, 2), random.Uniform(0.5, 2),
+    random.Uniform(0.5, 2) };
+}
+
 void SetComponentTransfer(Stage& stage, const std::vector<OpacityShape>& shapes, double low,
   double high, double unitDistance)
 {

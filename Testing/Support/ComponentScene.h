@@ -6,7 +6,9 @@
 #include "Scene.h"
 #include "TruthComponents.h"
 
+#include <array>
 #include <memory>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -22,6 +24,40 @@ vtkSmartPointer<vtkImageData> MakeComponentImage(const ImageOptions& options, in
 /// The same from the component's number and the place.
 vtkSmartPointer<vtkImageData> MakeComponentImage(const ImageOptions& options, int components,
   const std::function<double(int, double, double, double)>& field);
+
+/// Numbers of a seed, drawn one after the other.
+class RandomNumbers
+{
+public:
+  explicit RandomNumbers(unsigned seed)
+    : Generator(seed)
+  {
+  }
+  double Uniform(double low, double high)
+  {
+    return std::uniform_real_distribution<double>(low, high)(this->Generator);
+  }
+  template <typename... Values>
+  auto Chosen(Values... values)
+  {
+    const std::array all{ values... };
+    return all[std::uniform_int_distribution<std::size_t>(0, all.size() - 1)(this->Generator)];
+  }
+
+private:
+  std::mt19937 Generator;
+};
+
+/// A small volume of any type, shape and number of components, with a share of voxels without a
+/// value where there may be such.
+struct RandomComponents
+{
+  RandomComponents(RandomNumbers& random, double shareOfNaN);
+
+  int Count;
+  bool Dependent;
+  ImageOptions Options;
+};
 
 /// Functions for the components of a stage: `shapes` one after the other, with colours of their
 /// own.

@@ -50,6 +50,20 @@ class Panels(unittest.TestCase):
         proxy, = root.iter("RepresentationProxy")
         self.assertEqual(sorted(shown), sorted(e.get("name") for e in proxy if e.tag.endswith("Property")))
 
+    def test_groups_are_whole(self):
+        """A group that takes the place of one of ParaView's has all properties of it."""
+        proxy = pv.servermanager.ProxyManager().GetPrototypeProxy("representations", "UniformGridRepresentation")
+        groups = {}
+        for i in range(proxy.GetNumberOfPropertyGroups()):
+            group = proxy.GetPropertyGroup(i)
+            names = [proxy.GetPropertyName(group.GetProperty(k)) for k in range(group.GetNumberOfProperties())]
+            groups.setdefault(group.GetXMLLabel(), []).append(sorted(names))
+        ours = [g.get("label") for g in xml("representation.xml").find(".//Extension").findall("PropertyGroup")]
+        self.assertEqual(ours, ["Styling", "Lighting", "Volume Rendering", "Cropping Parameters"])
+        for label in ours:
+            self.assertEqual(len(groups[label]), 2, label)
+            self.assertEqual(*groups[label], label)
+
     def test_icons(self):
         resources = {":%s/%s" % (q.get("prefix"), f.text): os.path.join(FOLDER, f.text)
                      for q in xml("Teravox.qrc").iter("qresource") for f in q}

@@ -26,7 +26,7 @@ optional=(mricron-data invesalius-examples)
 test=(
   git libgtest-dev glslang-tools clang-format-14 clang-tidy-14
   python3-h5py python3-numpy python3-dask python3-tqdm python3-zarr python3-numcodecs
-  hdf5-filter-plugin hdf5-filter-plugin-blosc-serial f3d libopenmpi-dev openmpi-bin)
+  hdf5-filter-plugin hdf5-filter-plugin-blosc-serial f3d libopenmpi-dev openmpi-bin xdotool)
 
 case "${1:-test}" in
   build) wanted=("${build[@]}") optional=() ;;

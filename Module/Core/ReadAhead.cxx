@@ -41,10 +41,19 @@ bool Meets(const BrickKey& region, const BrickBox& box)
 }
 
 // For what a source keeps itself, chunks for instance: half of what the engine gives to the source
-// of the present step, which is a third of the cache's budget.
+// of the present step, which is a third of the cache's budget; no more than twice all of its
+// voxels, as chunks at the ends of a volume reach beyond it.
 std::uint64_t OwnBytes(const ReadAhead::Plan& plan)
 {
-  return plan.Cache->Budget() / 6;
+  double voxels = 0;
+  for (int l = 0; l < plan.Layout.NumberOfLevels(); ++l)
+  {
+    const Int3& n = plan.Layout.Dimensions(l);
+    voxels += static_cast<double>(n[0]) * static_cast<double>(n[1]) * static_cast<double>(n[2]);
+  }
+  const double all = 2 * voxels * static_cast<double>(SizeOf(plan.Type)) * plan.Components;
+  const std::uint64_t share = plan.Cache->Budget() / 6;
+  return all < static_cast<double>(share) ? static_cast<std::uint64_t>(all) : share;
 }
 
 // Level first, then the Manhattan distance from the eye, as Residency orders bricks.

@@ -228,6 +228,22 @@ TEST(TimeSteps, NeighboursAreReadAhead)
   }
 }
 
+// What is set aside for the sources of other steps is as large as these may need, not a share of
+// gigabytes.
+TEST(TimeSteps, SmallOnesSetLittleAside)
+{
+  Stage stage(48, 48);
+  stage.Mapper->SetHostMemoryBudget(std::uint64_t{ 4 } << 30);
+  vtkNew<SeriesAlgorithm> algorithm;
+  stage.Mapper->SetInputConnection(algorithm->GetOutputPort());
+  Prepare(stage);
+  algorithm->UpdateTimeStep(Times[1]);
+  stage.Draw();
+  ASSERT_TRUE(stage.Mapper->WaitForReadAhead(60));
+  EXPECT_GT(stage.Mapper->GetNumberOfBricksReadAhead(), 20u);
+  EXPECT_LE(stage.Mapper->GetHostMemoryUsed(), std::uint64_t{ 16 } << 20);
+}
+
 // Where the budget doesn't hold all of it, the present step's bricks stay, and what is read ahead
 // is what is near the eye.
 TEST(TimeSteps, PresentBricksStayWhereTheBudgetIsSmall)

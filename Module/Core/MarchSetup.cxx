@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace teravox
 {
@@ -34,6 +35,12 @@ LatticeLimits LatticeLimitsOf(double tolerance, double looseness)
   const double coarseness = std::max(tolerance / FineTolerance, 1.0);
   const double all = tolerance * std::min(looseness, LargestLooseness);
   return { all * LatticeShare, all, std::min(std::sqrt(std::sqrt(coarseness)), FarthestRay) };
+}
+
+LatticeLimits GuessedLattice()
+{
+  constexpr double any = std::numeric_limits<double>::infinity();
+  return { any, any, any };
 }
 
 MarchParameters::Vec StepParameters(double sampleDistance, double tolerance, double looseness)

@@ -21,6 +21,9 @@ MarchParameters::Vec StepParameters(double sampleDistance, double tolerance, dou
 /// Up to a tolerance of 1/255 no voxel hides between rays: what one adds to the field reaches a
 /// voxel far. A larger one allows for more, up to two voxels.
 LatticeLimits LatticeLimitsOf(double tolerance, double looseness);
+/// Of frames that must be fast: all between rays that meet the same level of the volume is
+/// interpolated, however different they are.
+LatticeLimits GuessedLattice();
 
 /// MarchParameters::Transfer.
 MarchParameters::Vec TransferParameters(const TransferTable& table);

@@ -129,7 +129,7 @@ Result<FirstHits> VolumeEngine::DrawAside(
   // What is known of the last frame stays, and so does what it asked for.
   const FrameStatistics frame = this->Frame;
   const std::uint64_t operations = this->Operations_;
-  const std::array<double, 3> pace{ this->Looseness, this->Spent, this->Budget };
+  const FramePace pace = this->Pace;
   const MarchParameters::Vec step = this->EstimateStep;
   const bool known = this->EstimateKnown;
   Feedback unanswered = std::exchange(this->Unanswered, {});
@@ -148,9 +148,7 @@ Result<FirstHits> VolumeEngine::DrawAside(
   this->Views.erase(request.View);
   this->Frame = frame;
   this->Operations_ = operations;
-  this->Looseness = pace[0];
-  this->Spent = pace[1];
-  this->Budget = pace[2];
+  this->Pace = pace;
   this->EstimateStep = step;
   this->EstimateKnown = known;
   this->Unanswered = std::move(unanswered);

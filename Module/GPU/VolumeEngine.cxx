@@ -489,7 +489,8 @@ void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& 
         GradientParameters(this->Drawn, request.Camera.DatasetFromVoxel, this->Exponent);
     }
   }
-  parameters.Step = StepParameters(request.SampleDistance, request.Tolerance, this->Looseness);
+  parameters.Step =
+    StepParameters(request.SampleDistance, request.Tolerance, this->Pace.Looseness());
   if (request.HitOpacity)
   {
     // Rays that end early have met it, too.
@@ -721,7 +722,7 @@ Status VolumeEngine::RunPasses(
     lastProgress = waiting ? lastProgress : Now();
     if (!request.Converge)
     {
-      this->Frame.Converged = !unfinished && !fallback && this->Looseness == 1 &&
+      this->Frame.Converged = !unfinished && !fallback && this->Pace.Looseness() == 1 &&
         this->Residency_->NumberOfFailedBlocks() == 0;
     }
     if (!waiting && !unfinished)
@@ -858,26 +859,6 @@ GLuint VolumeEngine::StretchColors(const void* view, bool keep)
   return state.Color.Id();
 }
 
-// Coarser steps while frames take too long, exact ones again when there is time.
-void VolumeEngine::ChooseLooseness(const FrameRequest& request)
-{
-  if (!request.Continues)
-  {
-    if (this->Budget > 0)
-    {
-      this->Looseness = this->Spent > this->Budget ? std::min(this->Looseness * 4, 4096.0)
-        : this->Spent < 0.5 * this->Budget         ? std::max(this->Looseness / 2, 1.0)
-                                                   : this->Looseness;
-    }
-    this->Spent = 0;
-    this->Budget = 0;
-  }
-  if (request.Converge)
-  {
-    this->Looseness = 1;
-  }
-}
-
 Status VolumeEngine::Draw(const FrameRequest& request)
 {
   const std::uint64_t draws = this->Frame.Draws + 1;
@@ -897,10 +878,17 @@ Status VolumeEngine::Draw(const FrameRequest& request)
   {
     return geometry.GetStatus();
   }
-  this->ChooseLooseness(request);
+  if (!request.Continues)
+  {
+    this->Pace.Begin();
+  }
+  if (request.Converge)
+  {
+    this->Pace.Tighten();
+  }
   MarchParameters& parameters = geometry.Value().Parameters;
   this->FillParameters(request, parameters);
-  this->Frame.Tolerance = request.Tolerance * this->Looseness;
+  this->Frame.Tolerance = request.Tolerance * this->Pace.Looseness();
   this->EstimateStep = parameters.Step;
   this->EstimateKnown =
     (request.Tolerance > 0 || request.Nearest) && request.Blend.Kind == BlendKind::Composite;
@@ -923,7 +911,10 @@ Status VolumeEngine::Draw(const FrameRequest& request)
     rectangle[2 + a] = std::min(rectangle[2 + a], request.Rectangle[2 + a]);
   }
   view->Geometry = request.HitOpacity ? std::make_shared<ViewGeometry>(geometry.Value()) : nullptr;
-  const LatticeLimits limits = LatticeLimitsOf(request.Tolerance, this->Looseness);
+  // Nobody knows how wrong a guess is.
+  const LatticeLimits limits = this->Pace.MayGuess() && !request.ErrorEstimate
+    ? GuessedLattice()
+    : LatticeLimitsOf(request.Tolerance, this->Pace.Looseness());
   const ShaderVariant variant = this->VariantOf(request, this->Atlas->Format());
   const RayMarcher::LatticeOptions lattice{
     FirstStageOf(request, variant, parameters, geometry.Value().Intervals, limits, *view), limits
@@ -985,8 +976,7 @@ Status VolumeEngine::Draw(const FrameRequest& request)
   }
   if (!request.Converge && request.TimeBudget > 0)
   {
-    this->Spent += Now() - start;
-    this->Budget = request.TimeBudget;
+    this->Pace.Spend(Now() - start, request.TimeBudget);
   }
   // Complete as far as rays were cast; whether that is all is for others to say.
   this->Frame.Converged = this->Frame.Converged && isCertain;

@@ -8,6 +8,7 @@
 #include "BrickSource.h"
 #include "Components.h"
 #include "DirectoryReader.h"
+#include "FramePace.h"
 #include "GradientTable.h"
 #include "ImageLattice.h"
 #include "LightSetup.h"
@@ -276,7 +277,6 @@ private:
   Status Draw(const FrameRequest& request);
   Status Prepare(const FrameRequest& request);
   Result<ViewState*> PrepareView(const FrameRequest& request);
-  void ChooseLooseness(const FrameRequest& request);
   Status PrepareAtlas(const FrameRequest& request);
   AtlasRequest AtlasWanted(const FrameRequest& request) const;
   void PinCoarsest(const std::optional<VoxelBox>& block);
@@ -368,9 +368,7 @@ private:
   MarchParameters::Vec EstimateStep{};
   bool EstimateKnown = false; ///< it had steps that know their error
   char Aside = 0;             ///< its address is the view of DrawOneRay() and DrawHits()
-  double Looseness = 1;       ///< factor of the tolerance while frames must be fast
-  double Spent = 0;           ///< seconds that the frame has taken
-  double Budget = 0;          ///< for it; 0: none
+  FramePace Pace;
   std::shared_ptr<BrickSeries> Series;
   std::shared_ptr<StepVolume> Current; ///< whose Source is Source_
   /// Other steps of the series, the one that was shown longest ago first.

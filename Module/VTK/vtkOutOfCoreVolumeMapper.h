@@ -112,8 +112,9 @@ public:
   ///@{
   /**
    * Seconds per frame. 0: unlimited, Render() returns a converged picture. > 0: interactive, frames
-   * of about that time. < 0 (default): unlimited in off-screen windows, else VTK's allocated render
-   * time.
+   * of about that time: first the tolerance is loosened, then the native marcher casts fewer rays
+   * (see MaximumImageSampleDistance; not with ErrorEstimate). < 0 (default): unlimited in
+   * off-screen windows, else VTK's allocated render time.
    */
   vtkSetMacro(FrameTimeBudget, double);
   vtkGetMacro(FrameTimeBudget, double);

@@ -86,3 +86,43 @@ TEST(Interactive, ToleranceIsLoosenedAndTightened)
   EXPECT_GT(frames, 3) << "tightened step by step";
   EXPECT_TRUE(AreImagesIdentical(stage.Accumulator(), exact));
 }
+
+// Where coarser steps don't make frames fast, there are fewer rays; with an estimate of the error
+// there aren't. The picture that is kept is as exact as ever.
+TEST(Interactive, RaysBecomeFewerWhereStepsAreNotEnough)
+{
+  if (TestedMarcher() != vtkOutOfCoreVolumeMapper::MARCHER_NATIVE)
+  {
+    GTEST_SKIP() << "the shaders cast all rays";
+  }
+  Stage stage(96, 96);
+  stage.SetImage(MakeNoise());
+  stage.SetTransfer(MakeTransfer(OpacityShape::Fog));
+  stage.SetShade(true);
+  stage.Look({ 1, 0.4, 0.3 });
+  stage.Mapper->CountSamplesOn();
+  const std::vector<float> exact = stage.Draw();
+  ASSERT_TRUE(stage.Mapper->IsConverged());
+  stage.Mapper->SetFrameTimeBudget(1e-9);
+  std::vector<vtkTypeUInt64> samples;
+  for (int i = 0; i < 8; ++i)
+  {
+    stage.Window->Render();
+    samples.push_back(stage.Mapper->GetNumberOfSamples());
+  }
+  EXPECT_LT(samples.back(), samples[2] / 2); // the edge of the volume is cast as it was
+  const ImageDifference off = CompareImages(stage.Accumulator(), exact);
+  EXPECT_GT(off.Max, 0);
+  EXPECT_LT(off.Mean, 16.0 / 255);
+  stage.Mapper->ErrorEstimateOn();
+  stage.Window->Render();
+  EXPECT_GT(stage.Mapper->GetNumberOfSamples(), samples[2] / 2);
+  stage.Mapper->ErrorEstimateOff();
+  stage.Mapper->SetFrameTimeBudget(1e5);
+  for (int i = 0; i < 20 && !stage.Mapper->IsConverged(); ++i)
+  {
+    stage.Window->Render();
+  }
+  EXPECT_TRUE(stage.Mapper->IsConverged());
+  EXPECT_TRUE(AreImagesIdentical(stage.Accumulator(), exact));
+}

@@ -14,6 +14,24 @@ uniform int u_blend;
 vec4 ResolveComponents(vec4 state, ivec2 pixel)
 {
   const float nothing = -3.0e38;
+#if TERAVOX_DEPENDENT
+  // The place where the last one has its extreme.
+  const int last = TERAVOX_COMPONENTS - 1;
+  bool any = state[last] > nothing;
+  vec3 slope_;
+#if TERAVOX_COMPONENTS == COMPONENTS_RGBA
+  vec3 color = state.rgb;
+#else
+  vec3 color =
+    TableColor(int(u_componentTable[0].x), u_componentTransfer[0].w, any ? state.x : 0.0, slope_);
+#endif
+  float opacity = any ? min(SampleTable(int(u_componentTable[last].x),
+                              u_componentTransfer[last].w, u_projection.x * state[last])
+                              .s,
+                          1.0)
+                      : 0.0;
+  return any ? vec4(clamp(color, 0.0, 1.0) * opacity, 1.0 - opacity) : vec4(0.0, 0.0, 0.0, 1.0);
+#endif
   bool extreme = u_blend == BLEND_MAXIMUM || u_blend == BLEND_MINIMUM;
   vec4 lengths = vec4(0.0);
   if (u_blend == BLEND_AVERAGE)

@@ -27,7 +27,9 @@
 #define TERAVOX_GRADIENT_OPACITY 0 // extinction times a function of the gradient's magnitude
 #endif
 #ifndef TERAVOX_PLANE
-#define TERAVOX_PLANE 0 // instead of that: opacity and colour over value and gradient
+#define TERAVOX_PLANE                                                                              \
+  0 // instead of that: opacity and colour over value and gradient, or over two
+    // components, which are dependent ones then
 #endif
 #ifndef TERAVOX_INTERACTIVE
 #define TERAVOX_INTERACTIVE 0 // draw the finest resident ancestor of a missing brick; else wait
@@ -63,7 +65,7 @@
 #define TERAVOX_LABELS 0 // it tells which of many tables count; composite blending
 #endif
 #ifndef TERAVOX_DEPENDENT
-#define TERAVOX_DEPENDENT 0 // the last of them has the opacity, the others the colour
+#define TERAVOX_DEPENDENT 0 // the last of them has the opacity, the others the colour; or a plane
 #endif
 #define COMPONENTS_RGBA 4 // of dependent ones: red, green, blue, opacity; of two: colour, opacity
 #define BLEND_MAXIMUM 1

@@ -103,8 +103,17 @@ int GatheredChannels(BlendKind blend, int components)
   return components > 1 && blend == BlendKind::Average ? 2 * StateChannels : StateChannels;
 }
 
-void JoinRays(BlendKind blend, int components, const float* more, float* ray)
+void JoinRays(BlendKind blend, int components, const float* more, float* ray, bool dependent)
 {
+  if (dependent)
+  {
+    const auto last = static_cast<std::size_t>(components - 1);
+    if (more[last] > ray[last])
+    {
+      std::copy_n(more, StateChannels, ray);
+    }
+    return;
+  }
   if (components == 1)
   {
     if (IsExtreme(blend))

@@ -50,7 +50,8 @@ int GatheredChannels(BlendKind blend, int components);
 /// Adds what a ray has gathered in another block, in blend modes where the order doesn't matter:
 /// maximum, minimum, average, additive. Of voxels with one component four floats: value, whether
 /// there is one, length; of several what each component holds, for averages followed by the
-/// lengths.
-void JoinRays(BlendKind blend, int components, const float* more, float* ray);
+/// lengths. `dependent`: of components of which the last decides.
+void JoinRays(
+  BlendKind blend, int components, const float* more, float* ray, bool dependent = false);
 
 } // namespace teravox

@@ -4,6 +4,7 @@
 
 #include "BrickSource.h"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -31,6 +32,42 @@ protected:
 
   const std::shared_ptr<BrickSource> Source;
   VolumeInfo Info_;
+};
+
+/// The same of two sources.
+class BrickSourcePair : public BrickSourceAdapter
+{
+public:
+  std::uint64_t BytesRead() const override
+  {
+    return this->Source->BytesRead() + this->Other->BytesRead();
+  }
+  std::uint64_t MemoryUsed() const override
+  {
+    return this->Source->MemoryUsed() + this->Other->MemoryUsed();
+  }
+  /// Each gets the least that it needs; half of the rest is the other's.
+  void SetMemoryBudget(std::uint64_t bytes) override
+  {
+    const std::uint64_t ofSource = std::min(bytes, this->Source->LeastMemory());
+    const std::uint64_t ofOther = std::min(bytes - ofSource, this->Other->LeastMemory());
+    const std::uint64_t rest = bytes - ofSource - ofOther;
+    this->Source->SetMemoryBudget(ofSource + (rest - rest / 2));
+    this->Other->SetMemoryBudget(ofOther + rest / 2);
+  }
+  std::uint64_t LeastMemory() const override
+  {
+    return this->Source->LeastMemory() + this->Other->LeastMemory();
+  }
+
+protected:
+  BrickSourcePair(std::shared_ptr<BrickSource> source, std::shared_ptr<BrickSource> other)
+    : BrickSourceAdapter(std::move(source))
+    , Other(std::move(other))
+  {
+  }
+
+  const std::shared_ptr<BrickSource> Other;
 };
 
 } // namespace teravox

@@ -5,6 +5,7 @@
 #include "GradientTable.h"
 #include "MarchSetup.h"
 #include "ScaledBrickSource.h"
+#include "TransferPlane.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,9 +31,32 @@ double FullColor(ScalarType type)
 
 bool IsOfComponents(BlendKind kind, ComponentMode mode)
 {
-  return kind == BlendKind::Composite ||
-    (mode == ComponentMode::Independent && kind != BlendKind::Isosurface &&
-      kind != BlendKind::Slice);
+  switch (kind)
+  {
+    case BlendKind::Composite:
+      return true;
+    case BlendKind::Maximum:
+    case BlendKind::Minimum:
+      return mode != ComponentMode::Plane;
+    case BlendKind::Average:
+    case BlendKind::Additive:
+      return mode == ComponentMode::Independent;
+    default:
+      return false;
+  }
+}
+
+bool HasOpacity(const ComponentFunctions& functions, std::size_t component, std::size_t components)
+{
+  switch (functions.Mode)
+  {
+    case ComponentMode::Dependent:
+      return component + 1 == components;
+    case ComponentMode::Plane:
+      return component == 0;
+    default:
+      return functions.Weight[component] > 0;
+  }
 }
 
 const ValueRange& ComponentRange(const VolumeInfo& info, int component)
@@ -58,11 +82,12 @@ std::vector<TransferTable> BuildComponentTables(const ComponentFunctions& functi
   std::vector<TransferTable> tables(count);
   const auto build = [&](TransferFunction function, std::size_t component)
   {
-    function.SharpWalls = true; // one component may shine in front of another's wall
+    // One component may shine in front of another's wall.
+    function.SharpWalls = functions.Mode != ComponentMode::Plane;
     const ValueRange& own = ComponentRange(info, static_cast<int>(component));
     return BuildTransferTable(
       ProjectedFunction(ScaleTransferFunction(std::move(function), exponent), kind, own),
-      info.Range, !IsFloat(info.Type), smallestStep);
+      functions.Mode == ComponentMode::Plane ? own : info.Range, !IsFloat(info.Type), smallestStep);
   };
   if (functions.Mode == ComponentMode::Independent)
   {
@@ -70,6 +95,11 @@ std::vector<TransferTable> BuildComponentTables(const ComponentFunctions& functi
     {
       tables[c] = build(functions.Functions[c], c);
     }
+    return tables;
+  }
+  if (functions.Mode == ComponentMode::Plane)
+  {
+    tables[0] = build(functions.Functions.front(), 0);
     return tables;
   }
   TransferFunction opacity = functions.Functions.front();
@@ -95,12 +125,14 @@ void SetComponents(MarchParameters& parameters, const ComponentFunctions& functi
   std::size_t occupied = 0;
   for (std::size_t c = 0; c < count; ++c)
   {
-    const bool emits = independent ? functions.Weight[c] > 0 : c + 1 == count;
-    parameters.ComponentTransfer[c] = tables[c].Nodes != 0
-      ? TransferParameters(tables[c])
+    parameters.ComponentTransfer[c] = tables[c].Nodes != 0 ? TransferParameters(tables[c])
+      : functions.Mode == ComponentMode::Plane
+      ? RowParameters(*functions.Functions.front().Image, exponent)
       : MarchParameters::Vec{ 0, 0,
           static_cast<float>(std::ldexp(1.0, exponent) / FullColor(info.Type)), 0 };
-    const double weight = !emits ? 0 : independent ? functions.Weight[c] : 1;
+    const double weight = !HasOpacity(functions, c, count) ? 0
+      : independent                                        ? functions.Weight[c]
+                                                           : 1;
     parameters.ComponentTable[c] = { static_cast<float>(nodes), static_cast<float>(occupied),
       static_cast<float>(weight), static_cast<float>(LargestLight(functions, info.Components)) };
     parameters.ComponentMaterial[c] = functions.Material[independent ? c : 0];
@@ -126,11 +158,19 @@ void SetComponentGradients(MarchParameters& parameters, const ComponentFunctions
 void SetComponentProjection(MarchParameters& parameters, const Projection& projection,
   const ComponentFunctions& functions, const std::vector<TransferTable>& tables, bool relative)
 {
-  for (std::size_t c = 0; c < tables.size(); ++c)
+  const bool independent = functions.Mode == ComponentMode::Independent;
+  for (std::size_t c = independent ? 0 : tables.size() - 1; c < tables.size(); ++c)
   {
     MarchParameters one;
-    const double unit = functions.Functions[c].UnitDistance;
-    SetProjection(one, projection, functions.Functions[c], tables[c], unit, relative);
+    const TransferFunction& function = functions.Functions[independent ? c : 0];
+    const double unit = function.UnitDistance;
+    SetProjection(one, projection, function, tables[c], unit, relative);
+    if (!independent)
+    {
+      // Where the opacity doesn't change any more colours still do: no value is the last.
+      constexpr float never = 3.0e38f;
+      one.Projection[2] = one.Projection[0] * never;
+    }
     parameters.Projection = { one.Projection[0], 0, 0, 0 };
     parameters.ComponentProjection[c] = { one.Projection[1], one.Projection[2], one.Projection[3],
       static_cast<float>(functions.Weight[c] / unit) };

@@ -22,7 +22,10 @@ enum class ComponentMode : std::uint32_t
   Independent = 0,
   /// Two: the first has the colour, the second the opacity. Four: red, green and blue as they are,
   /// and the opacity.
-  Dependent = 1
+  Dependent = 1,
+  /// Two, of which opacity and colour are one function: TransferFunction::Image with a Second.
+  /// Light falls on the first.
+  Plane = 2
 };
 
 /// How voxels of two to four components become light.
@@ -49,15 +52,18 @@ struct ComponentFunctions
 {
   ComponentMode Mode = ComponentMode::Independent;
   /// One per component; of dependent ones a single one, whose opacity is that of the last component
-  /// and whose colour that of the first of two.
+  /// and whose colour that of the first of two; of a plane a single one.
   std::vector<TransferFunction> Functions;
   std::array<double, 4> Weight{ 1, 1, 1, 1 }; ///< of independent ones, 0..1
-  /// MarchParameters::Material for each; of dependent ones only the first.
+  /// MarchParameters::Material for each; of dependent ones and a plane only the first.
   std::array<MarchParameters::Vec, 4> Material{};
 };
 
-/// Whether voxels with such components can be drawn in a blend mode: maximum, minimum, average and
-/// additive are of independent ones.
+/// Whether a component has an opacity of its own.
+bool HasOpacity(const ComponentFunctions& functions, std::size_t component, std::size_t components);
+
+/// Whether voxels with such components can be drawn in a blend mode: maximum and minimum of
+/// independent and dependent ones, average and additive of independent ones.
 bool IsOfComponents(BlendKind kind, ComponentMode mode);
 
 /// The range of the values of one component, or of all where that isn't known.
@@ -82,16 +88,18 @@ void SetComponents(MarchParameters& parameters, const ComponentFunctions& functi
 void SetComponentGradients(MarchParameters& parameters, const ComponentFunctions& functions,
   int components, const Matrix4& datasetFromVoxel, int exponent);
 
-/// MarchParameters::Projection and ComponentProjection of independent components. `projection` is
-/// in data values like those of `info`, `tables` are those of the mode. `relative`: see
-/// SetProjection().
+/// MarchParameters::Projection and ComponentProjection. `projection` is in data values like those
+/// of `info`, `tables` are those of the mode. `relative`: see SetProjection().
 ///
-/// As vtkGPUVolumeRayCastMapper (VTK 9.1) does it, of components with opacities a_i, colours c_i
-/// and weights w_i: of extremes the colour is sum w_i a_i c_i and the opacity sum w_i a_i, each at
-/// the component's own extreme; averages and sums are those of a_i times the value's place in the
-/// range of the component, and sum w_i of them is a gray that hides all behind. VTK 9.1 takes
-/// maxima for minima there, and adds squares of opacities to blue instead of opacities to the
-/// opacity: minima here are what its maxima are of the negative.
+/// Of dependent components the ray shows the place where the last one has its extreme, the first
+/// such place on the ray: the opacity there, and the colour that the others have there, as in VTK.
+///
+/// Of independent ones: as vtkGPUVolumeRayCastMapper (VTK 9.1) does it, of components with
+/// opacities a_i, colours c_i and weights w_i: of extremes the colour is sum w_i a_i c_i and the
+/// opacity sum w_i a_i, each at the component's own extreme; averages and sums are those of a_i
+/// times the value's place in the range of the component, and sum w_i of them is a gray that hides
+/// all behind. VTK 9.1 takes maxima for minima there, and adds squares of opacities to blue instead
+/// of opacities to the opacity: minima here are what its maxima are of the negative.
 void SetComponentProjection(MarchParameters& parameters, const Projection& projection,
   const ComponentFunctions& functions, const std::vector<TransferTable>& tables, bool relative);
 

@@ -42,15 +42,6 @@ Status CheckMask(const VolumeInfo& of, const VolumeInfo& by)
   return {};
 }
 
-// What has one value needs no voxels; what has a mask beside it does.
-void WidenSingle(ValueRange& range)
-{
-  if (range.IsSingle())
-  {
-    range.Max = std::nextafter(range.Max, std::numeric_limits<double>::infinity());
-  }
-}
-
 void TakeMask(const Brick& mask, Brick& masked)
 {
   masked.Mask.resize(mask.Voxels.size() / SizeOf(mask.Type));
@@ -122,8 +113,7 @@ Result<std::shared_ptr<MaskedBrickSource>> MaskedBrickSource::MakeLabels(
 
 MaskedBrickSource::MaskedBrickSource(
   std::shared_ptr<BrickSource> source, std::shared_ptr<BrickSource> mask)
-  : BrickSourceAdapter(std::move(source))
-  , Mask(std::move(mask))
+  : BrickSourcePair(std::move(source), std::move(mask))
 {
   this->Info_.Masked = true;
   this->Info_.Histogram.clear(); // it is of all voxels
@@ -133,7 +123,7 @@ Result<BrickPointer> MaskedBrickSource::ReadBrick(const BrickKey& key)
 {
   BrickKey ofMask = key;
   ofMask.Time = 0;
-  Result<BrickPointer> mask = this->Mask->ReadBrick(ofMask);
+  Result<BrickPointer> mask = this->Other->ReadBrick(ofMask);
   if (!mask)
   {
     return mask;
@@ -204,13 +194,14 @@ Result<std::vector<ValueRange>> MaskedBrickSource::ReadRanges(
     Result<std::vector<ValueRange>> read = this->Source->ReadRanges(first, count);
     for (std::size_t i = 0; read && i < read.Value().size(); ++i)
     {
-      WidenSingle(read.Value()[i]);
+      // What has one value needs no voxels; what has a mask beside it does.
+      read.Value()[i].WidenSingle();
     }
     return read;
   }
   BrickKey ofMask = first;
   ofMask.Time = 0;
-  Result<std::vector<ValueRange>> mask = this->Mask->ReadRanges(ofMask, count);
+  Result<std::vector<ValueRange>> mask = this->Other->ReadRanges(ofMask, count);
   if (!mask)
   {
     return mask;
@@ -231,7 +222,7 @@ Result<std::vector<ValueRange>> MaskedBrickSource::ReadRanges(
   {
     return read;
   }
-  const bool mayBeNaN = IsFloat(this->Mask->Info().Type);
+  const bool mayBeNaN = IsFloat(this->Other->Info().Type);
   for (std::size_t i = 0; i < in.size(); ++i)
   {
     ValueRange& range = read.Value()[i];
@@ -241,34 +232,10 @@ Result<std::vector<ValueRange>> MaskedBrickSource::ReadRanges(
     }
     else if (mayBeNaN || !(in[i].Min > 0))
     {
-      WidenSingle(range);
+      range.WidenSingle();
     }
   }
   return read;
-}
-
-std::uint64_t MaskedBrickSource::BytesRead() const
-{
-  return this->Source->BytesRead() + this->Mask->BytesRead();
-}
-
-std::uint64_t MaskedBrickSource::MemoryUsed() const
-{
-  return this->Source->MemoryUsed() + this->Mask->MemoryUsed();
-}
-
-void MaskedBrickSource::SetMemoryBudget(std::uint64_t bytes)
-{
-  const std::uint64_t ofSource = std::min(bytes, this->Source->LeastMemory());
-  const std::uint64_t ofMask = std::min(bytes - ofSource, this->Mask->LeastMemory());
-  const std::uint64_t rest = bytes - ofSource - ofMask;
-  this->Source->SetMemoryBudget(ofSource + (rest - rest / 2));
-  this->Mask->SetMemoryBudget(ofMask + rest / 2);
-}
-
-std::uint64_t MaskedBrickSource::LeastMemory() const
-{
-  return this->Source->LeastMemory() + this->Mask->LeastMemory();
 }
 
 } // namespace teravox

@@ -19,7 +19,7 @@ namespace teravox
 /// value. Label masks: of each voxel which of the labels that have names it belongs to
 /// (Brick::Mask), values rounded down to integers, NaN as 0. No region is said to have one value.
 /// If there are more than 254 names, volumes of 8 bits become such of 16, which have room for them.
-class MaskedBrickSource final : public BrickSourceAdapter
+class MaskedBrickSource final : public BrickSourcePair
 {
 public:
   /// Errors: the mask has several components, another size or other levels than the volume.
@@ -33,17 +33,11 @@ public:
 
   Result<BrickPointer> ReadBrick(const BrickKey& key) override;
   Result<std::vector<ValueRange>> ReadRanges(const BrickKey& first, const Int3& count) override;
-  std::uint64_t BytesRead() const override;
-  std::uint64_t MemoryUsed() const override;
-  /// Each gets the least that it needs; half of the rest is the mask's.
-  void SetMemoryBudget(std::uint64_t bytes) override;
-  std::uint64_t LeastMemory() const override;
 
 private:
   MaskedBrickSource(std::shared_ptr<BrickSource> source, std::shared_ptr<BrickSource> mask);
   void TakeLabels(const Brick& mask, Brick& masked) const;
 
-  const std::shared_ptr<BrickSource> Mask;
   std::vector<std::int64_t> Names; ///< of labels
 };
 

@@ -243,8 +243,9 @@ void SetPlaneParameters(MarchParameters& parameters, const TransferPlane& plane,
   int exponent)
 {
   const TransferImage& image = *function.Image;
-  parameters.Gradient =
-    GradientScale((plane.Rows - 1) / image.LastGradient, datasetFromVoxel, exponent);
+  parameters.Gradient = image.Second
+    ? MarchParameters::Vec{}
+    : GradientScale((plane.Rows - 1) / image.LastGradient, datasetFromVoxel, exponent);
   parameters.Gradient[3] = static_cast<float>(plane.Rows - 1);
   const double width = image.Values.Max - image.Values.Min;
   const double perValue = width > 0 ? (plane.Columns - 1) / width : 0;
@@ -253,6 +254,16 @@ void SetPlaneParameters(MarchParameters& parameters, const TransferPlane& plane,
     static_cast<float>(plane.Columns - 1), static_cast<float>(plane.Levels) };
   parameters.Plane[1] = { static_cast<float>(1 / function.UnitDistance),
     static_cast<float>(table.LargestExtinction), 0, 0 };
+}
+
+MarchParameters::Vec RowParameters(const TransferImage& image, int exponent)
+{
+  const double width = image.Second->Max - image.Second->Min;
+  const double low = std::ldexp(image.Second->Min, -exponent);
+  const auto rounded = static_cast<float>(low);
+  const double rows = std::max(image.Rows, 2) - 1;
+  return { rounded, static_cast<float>(low - static_cast<double>(rounded)),
+    static_cast<float>(width > 0 ? std::ldexp(rows / width, exponent) : 0), 0 };
 }
 
 } // namespace teravox

@@ -8,25 +8,29 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace teravox
 {
 
-/// Opacity and colour over the data value and the magnitude of the gradient, as the user set them:
-/// bilinear between nodes, constant beyond the outermost ones. Thread: immutable value.
+/// Opacity and colour over the data value and the magnitude of the gradient, or over the values of
+/// two components (ComponentMode::Plane), as the user set them: bilinear between nodes, constant
+/// beyond the outermost ones. Thread: immutable value.
 struct TransferImage
 {
   int Columns = 0; ///< nodes along the value, at least 1
-  int Rows = 0;    ///< nodes along the magnitude, at least 1
+  int Rows = 0;    ///< nodes along the magnitude or the second value, at least 1
   /// Red, green, blue, opacity (per TransferFunction::UnitDistance), 0..1; row after row.
   std::vector<std::array<float, 4>> Nodes;
   ValueRange Values;       ///< of the first and the last column
   double LastGradient = 1; ///< of the last row, > 0; measured as TransferFunction::GradientOpacity
+  /// Of the second component: of the first and the last row. Nothing: rows are magnitudes.
+  std::optional<ValueRange> Second;
 };
 
 /// Makes `image` a function: TransferFunction::Image, and an Opacity that is nowhere below that of
-/// the image at any magnitude, though far enough above it that a table of Opacity is so, too. By it
+/// the image in any row, though far enough above it that a table of Opacity is so, too. By it
 /// values are skipped. `image`: any numbers; what isn't one is 0. An axis with more than
 /// MostPlaneNodes nodes is sampled at so many places.
 TransferFunction MakeImageFunction(TransferImage image, double unitDistance);
@@ -59,9 +63,14 @@ struct TransferPlane
 /// `largestExtinction`: of the table of the same function, above which none is told.
 TransferPlane BuildTransferPlane(const TransferFunction& function, double largestExtinction);
 
-/// Sets MarchParameters::Gradient and Plane. See GradientParameters(); `table`: of the function.
+/// Sets MarchParameters::Gradient and Plane. See GradientParameters(); `table`: of the function. Of
+/// a second component there is no measure of gradients: its position is in rows, RowParameters().
 void SetPlaneParameters(MarchParameters& parameters, const TransferPlane& plane,
   const TransferFunction& function, const TransferTable& table, const Matrix4& datasetFromVoxel,
   int exponent);
+
+/// MarchParameters::ComponentTransfer of TransferImage::Second: from values, which are the user's
+/// times 2^-exponent, to rows.
+MarchParameters::Vec RowParameters(const TransferImage& image, int exponent);
 
 } // namespace teravox

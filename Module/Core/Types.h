@@ -98,6 +98,14 @@ struct ValueRange
     this->Min = other.Min < this->Min ? other.Min : this->Min;
     this->Max = other.Max > this->Max ? other.Max : this->Max;
   }
+  /// Makes two values of one, so that nothing is said to have it everywhere.
+  void WidenSingle()
+  {
+    if (this->IsSingle())
+    {
+      this->Max = std::nextafter(this->Max, std::numeric_limits<double>::infinity());
+    }
+  }
   bool Contains(const ValueRange& other) const
   {
     return other.IsVoid() || (this->Min <= other.Min && other.Max <= this->Max);

@@ -594,6 +594,7 @@ Status RayMarcher::Resolve(
   }
   ShaderVariant resolve;
   resolve.Components = variant.Components;
+  resolve.Dependent = variant.Dependent;
   Result<const GLProgram*> program = this->Program("FullScreen.vert", "Resolve.frag", resolve);
   if (!program)
   {

@@ -132,11 +132,11 @@ std::string ShaderVariant::Defines() const
 namespace
 {
 // Other blend modes have no steps, no debug picture, no estimate and no gradients; of them
-// those that meet something are lit, hit it first, and are of one component.
+// those that meet something are lit, hit it first, and are of one component; dependent ones have
+// extremes.
 void AddBlends(ShaderVariant variant, std::vector<ShaderVariant>& all)
 {
-  if (variant.FixedStep || variant.ShowLevel || variant.Estimate || variant.Dependent ||
-    variant.GradientOpacity)
+  if (variant.FixedStep || variant.ShowLevel || variant.Estimate || variant.GradientOpacity)
   {
     return;
   }
@@ -145,6 +145,10 @@ void AddBlends(ShaderVariant variant, std::vector<ShaderVariant>& all)
   {
     variant.Blend = kind;
     const bool meets = kind == BlendKind::Isosurface || kind == BlendKind::Slice;
+    if (variant.Dependent && kind != BlendKind::Maximum && kind != BlendKind::Minimum)
+    {
+      continue;
+    }
     if (meets ? variant.Components == 1 : !variant.Shade && !variant.FirstHit)
     {
       all.push_back(variant);
@@ -180,18 +184,20 @@ std::vector<ShaderVariant> ShaderVariant::All()
     {
       continue;
     }
-    // In composite blending, gradients not in variants of the debug picture.
-    const bool isGradient = variant.GradientOpacity || variant.Plane;
+    // In composite blending, gradients not in variants of the debug picture; of two components
+    // nothing else than a plane says what is seen.
+    const bool isGradient = variant.GradientOpacity || (variant.Plane && !variant.Dependent);
     if (isGradient && variant.ShowLevel)
     {
       continue;
     }
-    // Of one component.
+    // Labels are of one component, planes over one or two, which are dependent then.
     if (variant.Plane || variant.Labels)
     {
-      if (!variant.Dependent)
+      if (!variant.Dependent || !variant.Labels)
       {
         all.push_back(variant);
+        all.back().Components = variant.Dependent ? 2 : 1;
       }
       continue;
     }

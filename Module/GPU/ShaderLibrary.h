@@ -33,7 +33,7 @@ struct ShaderVariant
   bool Plane = false; ///< instead of that: opacity and colour over value and gradient
   BlendKind Blend = BlendKind::Composite; ///< TERAVOX_BLEND
   int Components = 1;                     ///< of a voxel; TERAVOX_COMPONENTS, 0 for one
-  bool Dependent = false;                 ///< of several components
+  bool Dependent = false;                 ///< of several components; also with a Plane
   bool Masked = false;                    ///< slots hold a mask behind the voxels
   bool Labels = false;                    ///< which tells which of many tables count
 

@@ -89,6 +89,7 @@ public:
     MarchParameters Parameters;
     BlendKind Blend = BlendKind::Composite;
     int Components = 1;
+    bool Dependent = false;
     std::vector<float> Pixels; ///< GatheredChannels() each
   };
   std::optional<GatheredRays> Gathered;

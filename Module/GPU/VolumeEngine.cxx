@@ -6,9 +6,7 @@
 #include "BlockSplit.h"
 #include "EndOrLeave.h"
 #include "GLStateGuard.h"
-#include "LabelTables.h"
 #include "MarchSetup.h"
-#include "ScaledBrickSource.h"
 #include "SharedLayout.h"
 #include "WaitScope.h"
 
@@ -25,12 +23,9 @@ namespace teravox
 
 namespace
 {
-constexpr std::uint32_t MostSteps = 16384; // llvmpipe ends a shader after 65 535 iterations
 constexpr std::uint32_t FewestSteps = 1024;
 constexpr double LongPass = 0.4; // seconds; drivers' watchdogs bite at about 2
 constexpr double ShortPass = 0.1;
-// Colours of 16 bits, and roundings of floats along a ray.
-constexpr float FormatError = 2.0e-5f;
 
 // Of a picture, beside what each has.
 std::uint64_t MoreBytes(int width, int height, bool firstHit, bool peels, bool lengths)
@@ -114,24 +109,6 @@ std::uint64_t VolumeEngine::HostBytesForAll(std::uint64_t most) const
   const double bytes =
     (bricks + 3) * brick / 3 * 4 + static_cast<double>(this->Source_->LeastMemory());
   return bytes < static_cast<double>(most) ? static_cast<std::uint64_t>(bytes) : most;
-}
-
-void VolumeEngine::SetTransferFunction(TransferFunction function, std::uint64_t version)
-{
-  if (version != this->FunctionVersion)
-  {
-    this->Function = std::move(function);
-    this->FunctionVersion = version;
-  }
-}
-
-void VolumeEngine::SetComponentFunctions(ComponentFunctions functions, std::uint64_t version)
-{
-  if (version != this->FunctionVersion)
-  {
-    this->Components_ = std::move(functions);
-    this->FunctionVersion = version;
-  }
 }
 
 Status VolumeEngine::PrepareLoader()
@@ -378,174 +355,6 @@ Status VolumeEngine::Prepare(const FrameRequest& request)
   return status;
 }
 
-Status VolumeEngine::PrepareTables(const FrameRequest& request)
-{
-  const VolumeInfo& info = this->Source_->Info();
-  const bool current = this->TableVersion == this->FunctionVersion;
-  if (!this->HasComponents())
-  {
-    if (!this->HasLabels())
-    {
-      this->Tables_.clear();
-    }
-    if (current && this->MainTable().Nodes != 0 && this->TableBlend == request.Blend.Kind)
-    {
-      return {};
-    }
-    this->Drawn = ProjectedFunction(
-      ScaleTransferFunction(this->Function, this->Exponent), request.Blend.Kind, info.Range);
-    if (this->HasLabels())
-    {
-      if (this->Drawn.Labels.size() + 1 != static_cast<std::size_t>(info.MaskLabels))
-      {
-        return Status(StatusCode::InvalidArgument,
-          info.Name + " has a mask of " + std::to_string(info.MaskLabels - 1) +
-            " labels with functions, but there are " + std::to_string(this->Drawn.Labels.size()) +
-            " functions.");
-      }
-      this->Transfer = {};
-      this->Tables_ =
-        BuildLabelTables(this->Drawn, info.Range, !IsFloat(info.Type), request.ShortestLength);
-      this->Marcher->SetLabelTables(this->Tables_);
-    }
-    else
-    {
-      this->Transfer =
-        BuildTransferTable(this->Drawn, info.Range, !IsFloat(info.Type), request.ShortestLength);
-      this->Marcher->SetTransferTable(this->Transfer);
-    }
-    this->Gradient = request.Blend.Kind == BlendKind::Composite ? BuildGradientTable(this->Drawn)
-                                                                : GradientTable();
-    this->Marcher->SetGradientTable(this->Gradient);
-    this->Plane = request.Blend.Kind == BlendKind::Composite && !info.Masked
-      ? BuildTransferPlane(this->Drawn, this->Transfer.LargestExtinction)
-      : TransferPlane();
-    this->Marcher->SetPlane(this->Plane);
-  }
-  else if (!current || this->Tables_.empty() || this->TableBlend != request.Blend.Kind)
-  {
-    const auto count = static_cast<std::size_t>(info.Components);
-    const bool independent = this->Components_.Mode == ComponentMode::Independent;
-    if (count > MarchParameters::MaximumComponents || this->Components_.Functions.empty() ||
-      (independent ? this->Components_.Functions.size() < count : count == 3))
-    {
-      return Status(StatusCode::Unsupported,
-        info.Name + " has " + std::to_string(count) +
-          " components per voxel; 1 to 4 independent ones and 2 or 4 dependent ones can be drawn.");
-    }
-    if (!IsOfComponents(request.Blend.Kind, this->Components_.Mode))
-    {
-      return Status(StatusCode::Unsupported,
-        info.Name + " has several components, which can't be drawn in this blend mode.");
-    }
-    this->Tables_ = BuildComponentTables(
-      this->Components_, info, this->Exponent, request.ShortestLength, request.Blend.Kind);
-    this->Marcher->SetTransferTables(this->Tables_);
-    this->Gradient = request.Blend.Kind == BlendKind::Composite
-      ? BuildGradientTables(this->Components_.Functions)
-      : GradientTable();
-    this->Marcher->SetGradientTable(this->Gradient);
-    this->Plane = {};
-    this->Marcher->SetPlane(this->Plane);
-  }
-  this->TableVersion = this->FunctionVersion;
-  this->TableBlend = request.Blend.Kind;
-  return {};
-}
-
-void VolumeEngine::FillParameters(const FrameRequest& request, MarchParameters& parameters) const
-{
-  const auto& n = this->Plan_.SlotsPerAxis;
-  const VoxelFormat& format = this->Atlas->Format();
-  parameters.Atlas = { static_cast<std::uint32_t>(n[0]), static_cast<std::uint32_t>(n[1]),
-    static_cast<std::uint32_t>(n[2]),
-    static_cast<std::uint32_t>(this->Source_->Info().Layout.StoredSize()) };
-  parameters.Value = { static_cast<float>(
-                         this->Plan_.Native ? format.Scale : format.NormalizedScale),
-    static_cast<float>(format.Offset), 0.0f, 0.0f };
-  if (this->HasComponents())
-  {
-    // In the place of nodes are values, which ranges of bricks are of.
-    parameters.Transfer = { 0, 0, 1, 0 };
-    SetComponents(
-      parameters, this->Components_, this->Source_->Info(), this->Exponent, this->Tables_);
-    if (!this->Gradient.IsOne())
-    {
-      SetComponentGradients(parameters, this->Components_, this->Source_->Info().Components,
-        request.Camera.DatasetFromVoxel, this->Exponent);
-    }
-  }
-  else
-  {
-    parameters.Transfer = TransferParameters(this->MainTable());
-    if (!this->Plane.IsNone())
-    {
-      SetPlaneParameters(parameters, this->Plane, this->Drawn, this->Transfer,
-        request.Camera.DatasetFromVoxel, this->Exponent);
-    }
-    else if (!this->Gradient.IsOne())
-    {
-      parameters.Gradient =
-        GradientParameters(this->Drawn, request.Camera.DatasetFromVoxel, this->Exponent);
-    }
-  }
-  parameters.Step =
-    StepParameters(request.SampleDistance, request.Tolerance, this->Pace.Looseness());
-  if (request.HitOpacity)
-  {
-    // Rays that end early have met it, too.
-    const auto left = static_cast<float>(1 - *request.HitOpacity);
-    parameters.Value[3] = std::max(std::min(left, std::nextafter(1.0f, 0.0f)), parameters.Step[2]);
-  }
-  parameters.Switches[0] = request.EmptySpaceSkipping ? 1u : 0u;
-  parameters.Switches[1] = request.ShowSamples ? 1u : 0u;
-  parameters.Limits[0] = MostSteps;
-  parameters.Material = request.Material;
-  parameters.LightDiffuse = { request.LightDiffuse[0], request.LightDiffuse[1],
-    request.LightDiffuse[2], request.TwoSided ? 1.0f : 0.0f };
-  parameters.LightSpecular = { request.LightSpecular[0], request.LightSpecular[1],
-    request.LightSpecular[2], this->LargestExtinction() };
-  if (this->HasComponents())
-  {
-    // What is left of a ray may be brighter than it is, see ComponentFunctions.
-    parameters.Step[2] /=
-      static_cast<float>(LargestLight(this->Components_, this->Source_->Info().Components));
-  }
-  Projection scaled = request.Blend;
-  for (double& value : scaled.IsoValues)
-  {
-    value = std::ldexp(value, -this->Exponent);
-  }
-  scaled.RangeLow = std::ldexp(scaled.RangeLow, -this->Exponent);
-  scaled.RangeHigh = std::ldexp(scaled.RangeHigh, -this->Exponent);
-  if (!this->HasComponents())
-  {
-    SetProjection(parameters, scaled, this->Drawn, this->MainTable(), this->Function.UnitDistance,
-      format.Relative);
-  }
-  else if (scaled.Kind != BlendKind::Composite)
-  {
-    SetComponentProjection(parameters, scaled, this->Components_, this->Tables_, format.Relative);
-  }
-}
-
-float VolumeEngine::LargestExtinction() const
-{
-  if (!this->HasComponents())
-  {
-    return static_cast<float>(this->MainTable().LargestExtinction);
-  }
-  // Components together have at most the largest extinction per weight.
-  double largest = 0;
-  for (std::size_t c = 0; c < this->Tables_.size(); ++c)
-  {
-    const double weight =
-      this->Components_.Mode == ComponentMode::Independent ? this->Components_.Weight[c] : 1;
-    largest = weight > 0 ? std::max(largest, this->Tables_[c].LargestExtinction / weight) : largest;
-  }
-  return static_cast<float>(largest);
-}
-
 bool VolumeEngine::Carry(FramePlan plan)
 {
   for (FramePlan::Upload& upload : plan.Uploads)
@@ -570,32 +379,6 @@ bool VolumeEngine::Carry(FramePlan plan)
   }
   this->Loader->Request(std::move(plan.Requests));
   return changed;
-}
-
-ShaderVariant VolumeEngine::VariantOf(const FrameRequest& request, const VoxelFormat& format) const
-{
-  ShaderVariant variant;
-  variant.Nearest = request.Nearest;
-  variant.Blend = request.Blend.Kind;
-  const bool isComposite = variant.Blend == BlendKind::Composite;
-  variant.Masked = this->Source_->Info().Masked;
-  variant.Labels = this->HasLabels();
-  variant.FixedStep = !request.Nearest && request.Tolerance <= 0 && isComposite && !variant.Masked;
-  variant.FloatData = format.IsFloat();
-  variant.SlotTable = format.Relative;
-  variant.Shade = request.Shade && AddsUpOpacity(variant.Blend);
-  variant.Lights = variant.Shade && !request.Lights.empty();
-  variant.Plane = !this->Plane.IsNone() && !request.ShowLevel;
-  variant.GradientOpacity = !variant.Plane && !this->Gradient.IsOne() && !request.ShowLevel;
-  variant.Interactive = !request.Converge;
-  variant.Count = request.CountSamples || request.ShowSamples;
-  variant.ShowLevel = request.ShowLevel;
-  const bool isDebug = request.ShowLevel || request.ShowSamples;
-  variant.Estimate = request.ErrorEstimate && !isDebug && isComposite;
-  variant.Components = this->Source_->Info().Components;
-  variant.Dependent = this->HasComponents() && this->Components_.Mode == ComponentMode::Dependent;
-  variant.FirstHit = request.HitOpacity.has_value() && !isDebug && AddsUpOpacity(variant.Blend);
-  return variant;
 }
 
 // Whether rays of a block gather what can be joined with what those of other blocks do.
@@ -982,7 +765,7 @@ Status VolumeEngine::Draw(const FrameRequest& request)
   this->Frame.Converged = this->Frame.Converged && isCertain;
   if (status && Gathers(request))
   {
-    view->Gathered = { parameters, variant.Blend, variant.Components,
+    view->Gathered = { parameters, variant.Blend, variant.Components, variant.Dependent,
       RayMarcher::ReadGathered(*view, GatheredChannels(variant.Blend, variant.Components)) };
   }
   if (status && request.Blend.Kind != BlendKind::Composite)
@@ -1003,189 +786,6 @@ Status VolumeEngine::Draw(const FrameRequest& request)
     status = this->Show(request, *view);
   }
   return status;
-}
-
-Status VolumeEngine::Show(const FrameRequest& request, ViewState& view)
-{
-  Status status = request.Show
-    ? this->Marcher->Compose(view, request.Framebuffer, request.X, request.Y, request.Final)
-    : Status();
-  if (status && request.Show && request.ShowFrames && !request.Final.PropColor)
-  {
-    status = this->Marcher->DrawFrames(
-      *view.Frames, request.Framebuffer, { request.X, request.Y, view.Width(), view.Height() });
-  }
-  this->Frame.Converged = this->Frame.Converged && status.Ok();
-  return status;
-}
-
-std::vector<float> VolumeEngine::ReadDepth(const void* view) const
-{
-  const auto found = this->Views.find(view);
-  const GLStateGuard guard;
-  return found != this->Views.end() ? RayMarcher::ReadDepth(*found->second) : std::vector<float>();
-}
-
-Status VolumeEngine::ShowColors(const FrameRequest& request, const std::vector<float>& colors)
-{
-  const GLStateGuard guard;
-  Result<ViewState*> view = this->PrepareView(request);
-  if (!view)
-  {
-    return view.GetStatus();
-  }
-  std::vector<float> rays = colors;
-  for (std::size_t i = 3; i < rays.size(); i += 4)
-  {
-    rays[i] = 1.0f - rays[i];
-  }
-  RayMarcher::SetGathered(*view.Value(), rays, 4);
-  view.Value()->Complete.reset();
-  return this->Show(request, *view.Value());
-}
-
-std::vector<float> VolumeEngine::ReadColors(const void* view, int& width, int& height)
-{
-  const auto found = this->Views.find(view);
-  width = height = 0;
-  if (found == this->Views.end() || found->second->Color.Id() == 0)
-  {
-    return {};
-  }
-  const GLStateGuard guard;
-  width = found->second->Width();
-  height = found->second->Height();
-  std::vector<float> colors(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
-  if (found->second->IsNative())
-  {
-    colors = found->second->Native.Color;
-  }
-  else
-  {
-    found->second->Color.Bind(0);
-    glGetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_FLOAT, colors.data());
-  }
-  for (std::size_t i = 3; i < colors.size(); i += 4)
-  {
-    colors[i] = 1.0f - colors[i];
-  }
-  return colors;
-}
-
-std::vector<float> VolumeEngine::ReadGathered(const void* view, int& width, int& height) const
-{
-  const auto found = this->Views.find(view);
-  if (found == this->Views.end() || !found->second->Gathered)
-  {
-    width = height = 0;
-    return {};
-  }
-  width = found->second->Width();
-  height = found->second->Height();
-  return found->second->Gathered->Pixels;
-}
-
-std::vector<float> VolumeEngine::ResolveGathered(
-  const void* view, const std::vector<float>& gathered)
-{
-  const auto found = this->Views.find(view);
-  if (found == this->Views.end() || !found->second->Gathered ||
-    found->second->Gathered->Pixels.size() != gathered.size())
-  {
-    return {};
-  }
-  ViewState& state = *found->second;
-  const ViewState::GatheredRays& how = *state.Gathered;
-  const GLStateGuard guard;
-  const int channels = GatheredChannels(how.Blend, how.Components);
-  const std::vector<float> before = RayMarcher::ReadGathered(state, channels);
-  RayMarcher::SetGathered(state, gathered, channels);
-  ShaderVariant variant;
-  variant.Blend = how.Blend;
-  variant.Components = how.Components;
-  const Status status = this->Marcher->Resolve(state, how.Parameters, variant);
-  int width = 0;
-  int height = 0;
-  std::vector<float> colors = status ? this->ReadColors(view, width, height) : std::vector<float>();
-  RayMarcher::SetGathered(state, before, channels);
-  return colors;
-}
-
-std::vector<float> VolumeEngine::ReadErrors(const void* view, int& width, int& height)
-{
-  const auto found = this->Views.find(view);
-  if (found == this->Views.end() || !found->second->HasEstimate())
-  {
-    width = height = 0;
-    return {};
-  }
-  const std::vector<float> colors = this->ReadColors(view, width, height);
-  ViewState& state = *found->second;
-  const GLStateGuard guard;
-  std::vector<std::int32_t> positions;
-  std::vector<float> errors;
-  if (state.IsNative())
-  {
-    positions = state.Native.Position;
-    errors = state.Native.Error;
-  }
-  else
-  {
-    positions.resize(colors.size());
-    errors.resize(colors.size() / 4);
-    state.Position.Bind(0);
-    glGetTexImage(GL_TEXTURE_2D, 0, GL_RGBA_INTEGER, GL_INT, positions.data());
-    state.Error.Bind(0);
-    glGetTexImage(GL_TEXTURE_2D, 0, GL_RED, GL_FLOAT, errors.data());
-  }
-  const float brightest = this->HasComponents()
-    ? static_cast<float>(LargestLight(this->Components_, this->Source_->Info().Components))
-    : 1.0f;
-  const std::unordered_set<std::uint32_t> underWay(
-    state.ActiveTiles.begin(), state.ActiveTiles.end());
-  for (std::size_t i = 0; i < errors.size(); ++i)
-  {
-    const float left = 1 - colors[4 * i + 3];
-    const auto x = static_cast<std::uint32_t>(i % static_cast<std::size_t>(width));
-    const auto y = static_cast<std::uint32_t>(i / static_cast<std::size_t>(width));
-    const std::uint32_t tile = x / shared::TILE_SIZE | y / shared::TILE_SIZE << 16;
-    // The native marcher leaves out what pieces may err for the opacity that they add.
-    errors[i] += state.IsNative() ? this->EstimateStep[1] * colors[4 * i + 3] : 0;
-    constexpr std::int32_t done = 2;
-    const bool ended = underWay.count(tile) == 0 || (positions[4 * i + 3] >> 16 & 3) == done;
-    // Of rays that were over before their end the marchers tell, for light of at most 1.
-    const bool over = ended && left <= this->EstimateStep[2];
-    errors[i] += !ended ? brightest * left : over ? (brightest - 1) * this->EstimateStep[2] : 0;
-    errors[i] = this->EstimateKnown ? std::min(errors[i] + FormatError, brightest) : brightest;
-  }
-  return errors;
-}
-
-std::optional<FirstHits> VolumeEngine::ReadFirstHits(const void* view)
-{
-  const auto found = this->Views.find(view);
-  if (found == this->Views.end() || !found->second->HasFirstHit())
-  {
-    return std::nullopt;
-  }
-  const ViewState& state = *found->second;
-  FirstHits hits;
-  hits.Geometry = state.Geometry;
-  const GLStateGuard guard;
-  if (state.Geometry->Intervals.HasDepth)
-  {
-    hits.Opaque = RayMarcher::ReadDepth(state);
-  }
-  if (state.IsNative())
-  {
-    hits.DepthAndLevel = state.Native.FirstHit;
-    return hits;
-  }
-  hits.DepthAndLevel.resize(
-    static_cast<std::size_t>(state.Width()) * static_cast<std::size_t>(state.Height()) * 2);
-  state.FirstHit.Bind(0);
-  glGetTexImage(GL_TEXTURE_2D, 0, GL_RG, GL_FLOAT, hits.DepthAndLevel.data());
-  return hits;
 }
 
 void VolumeEngine::ReleaseGraphics()

@@ -274,6 +274,8 @@ public:
   std::uint64_t Operations() const { return this->Operations_; }
 
 private:
+  static constexpr std::uint32_t MostSteps =
+    16384; ///< llvmpipe ends a shader after 65 535 iterations
   Status Draw(const FrameRequest& request);
   Status Prepare(const FrameRequest& request);
   Result<ViewState*> PrepareView(const FrameRequest& request);

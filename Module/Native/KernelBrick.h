@@ -233,7 +233,7 @@ __attribute__((noinline)) void IntegrateNearest(
     const Floats x = difference(1, view.PerVoxelX);
     const Floats y = difference(view.Edge, view.PerVoxelY);
     const Floats z = difference(view.Edge * view.Edge, view.PerVoxelZ);
-#if TERAVOX_TRANSFER_PLANE
+#if TERAVOX_GRADIENT_PLANE
     if (c.Plane.Nodes != nullptr)
     {
       const PlaneSample<Floats> sample =

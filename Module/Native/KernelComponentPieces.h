@@ -72,6 +72,20 @@ inline void FindPoint(const Context& c, const F (&x)[MostComponents],
   const F (&has)[MostComponents], F t, ComponentPoint<F>& p)
 {
   const ComponentTables& k = c.Components;
+  if (c.Plane.Nodes != nullptr)
+  {
+    const PlaneSample<F> there = SamplePlane(c.Plane, c.Gradient, x[0], Max(x[1], F{}));
+    const F bound = SampleTransfer(k.Tables[0], x[0]).S;
+    p.Has[0] = has[0];
+    p.Kappa = p.Left[0] = p.S[0].S = Select(bound > F{}, there.S * has[0], F{});
+    p.Own[0] = there.Value;
+    if (c.Scene.Shade)
+    {
+      p.Own[0] = LitColor(k.Lit[0], p.Own[0], p.N[0], c.Light, t);
+    }
+    p.Light = { p.Kappa * p.Own[0].Red, p.Kappa * p.Own[0].Green, p.Kappa * p.Own[0].Blue };
+    return;
+  }
   F s[MostComponents] = {};
   p.Light = { F{}, F{}, F{} };
   for (int e = 0; e < k.EmitterCount; ++e)
@@ -305,11 +319,50 @@ inline void Combine(const Context& c, const ComponentPoint<Floats>& a,
     lost * Max(one, brightest) + opacity * (Min(shift, Splat(k.LargestLight)) - c.P.Step[1]);
 }
 
+// The same of two components that have one function, of which the second is the row.
+template <bool Shade>
+__attribute__((noinline)) void EvaluatePlane(
+  const Context& c, const ComponentSegments& s, Floats from, Floats to, Pieces& out)
+{
+  const Floats places[3] = { from, 0.5f * (from + to), to };
+  Floats rows[3];
+  PlacedSamples at[3];
+  for (int i = 0; i < 3; ++i)
+  {
+    const Floats u = places[i];
+    at[i].Node = Along(s.Field[0], u);
+    rows[i] = Along(s.Field[1], u);
+    at[i].Plain = SamplePlane(c.Plane, c.Gradient, at[i].Node, Max(rows[i], Floats{}));
+    at[i].Lit = at[i].Plain.Value;
+    if constexpr (Shade)
+    {
+      const Gradient& g = s.Slope[0];
+      at[i].Direction = NormalOf(c.P, Along(g.X, u), Along(g.Y, u), Along(g.Z, u));
+      const Floats depth = s.Begin + u * (s.Length * c.Light.PerWorld);
+      at[i].Lit = LitColor(c.Components.Lit[0], at[i].Lit, at[i].Direction, c.Light, depth);
+    }
+  }
+  // How far they may be from lines between the three, as BendOf() of gradients.
+  const Cubic& f = s.Field[1];
+  const Floats half = 0.5f * (to - from);
+  const Floats bend =
+    Max(Abs(f.C + 3.0f * f.D * from), Abs(f.C + 3.0f * f.D * to)) * (0.25f * half * half);
+  const Floats low = Min(rows[0], Min(rows[1], rows[2])) - bend;
+  const Floats high = Max(rows[0], Max(rows[1], rows[2])) + bend;
+  TakePlaced<Shade>(c, c.Components.Tables[0], at, low, high, (to - from) * s.Length, out);
+}
+
 // The parts from `from` to `to` (in 0..1) of eight segments.
 __attribute__((noinline)) void EvaluateComponents(
   const Context& c, const ComponentSegments& s, Floats from, Floats to, Pieces& out)
 {
   const ComponentTables& k = c.Components;
+  if (c.Plane.Nodes != nullptr)
+  {
+    c.Scene.Shade ? EvaluatePlane<true>(c, s, from, to, out)
+                  : EvaluatePlane<false>(c, s, from, to, out);
+    return;
+  }
   ComponentPoint<Floats> a;
   ComponentPoint<Floats> m;
   ComponentPoint<Floats> b;

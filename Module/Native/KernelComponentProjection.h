@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Blend modes other than composite of voxels with several components: each is a field of its own,
 // of which a ray keeps an extreme or a sum; what they show together is made of a whole picture
-// (Shaders/Library/ComponentProjection.glsl). All values are positions in nodes of the component's
+// (Shaders/Library/ComponentProjection.glsl). Of dependent ones it keeps the extreme of the last,
+// and what the others are there. All values are positions in nodes of the component's
 // table.
 
 inline bool IsExtreme(const NativeScene& scene)
@@ -55,6 +56,20 @@ inline void ResolveProjection(const NativeScene& scene, const ComponentTables& k
   const MarchParameters& p = *scene.Parameters;
   float* out = scene.Color + 4 * pixel;
   float sum[4] = { 0, 0, 0, 0 };
+  if (k.Dependent)
+  {
+    const int last = k.Count - 1;
+    const bool any = out[last] > MarchParameters::NothingMet;
+    const float opacity =
+      any ? Min(SampleTransfer(k.Tables[last], p.Projection[0] * out[last]).S, 1.0f) : 0.0f;
+    const Color<float> color = k.Count == 2 ? TransferColor(k.Tables[0], any ? out[0] : 0.0f)
+                                            : Color<float>{ out[0], out[1], out[2] };
+    out[0] = any ? Clamped(color.Red, 1.0f) * opacity : 0.0f;
+    out[1] = any ? Clamped(color.Green, 1.0f) * opacity : 0.0f;
+    out[2] = any ? Clamped(color.Blue, 1.0f) * opacity : 0.0f;
+    out[3] = 1.0f - opacity;
+    return;
+  }
   for (int e = 0; e < k.EmitterCount; ++e)
   {
     const auto i = static_cast<std::size_t>(k.Emitters[e]);
@@ -126,6 +141,29 @@ TERAVOX_INLINE void TakeExtremes(Context& c, State& state, int i, Floats best, I
   }
 }
 
+// Of dependent components: the last one's best, and what the others are where that is.
+inline void TakeDependent(
+  Context& c, Floats best, const Floats (&others)[MostComponents], Ints valid)
+{
+  const int last = c.Components.Count - 1;
+  ProjectionState& p = c.Projection;
+  const float rounding = RuleOf(c, last)[0];
+  for (unsigned bits = Bits(valid & (best > p.Extreme[last] + rounding)); bits != 0;
+       bits &= bits - 1)
+  {
+    const int l = __builtin_ctz(bits);
+    c.Contributing += 1;
+    if (best[l] > p.Extreme[last] + rounding)
+    {
+      for (int i = 0; i < last; ++i)
+      {
+        p.Extreme[i] = others[i][l];
+      }
+      p.Extreme[last] = best[l];
+    }
+  }
+}
+
 TERAVOX_INLINE SumRule SumRuleOf(const Context& c, int i)
 {
   const Vec& rule = RuleOf(c, i);
@@ -183,6 +221,17 @@ inline void ProjectComponentsConstant(
     return;
   }
   c.Samples += 1;
+  if (k.Dependent)
+  {
+    Floats nodes[MostComponents] = {};
+    for (int i = 0; i < k.Count; ++i)
+    {
+      nodes[i] = Splat(TransferPosition(k.Tables[i], valueHigh, valueLow));
+    }
+    const int last = k.Count - 1;
+    TakeDependent(c, ExtremeOf(c, last, c.P.Projection[0] * nodes[last]), nodes, FirstLanes(1));
+    return;
+  }
   for (int e = 0; e < k.EmitterCount; ++e)
   {
     const int i = k.Emitters[e];
@@ -196,6 +245,38 @@ inline void ProjectComponentsConstant(
       AddValue(c, i, node, (t1 - t0) * ray.World);
     }
   }
+}
+
+template <typename T>
+__attribute__((noinline)) void ProjectDependentLinear(
+  Context& c, const ComponentViews& views, const Walk& walk)
+{
+  const ComponentTables& k = c.Components;
+  const int last = k.Count - 1;
+  const float sign = c.P.Projection[0];
+  const LotView v = OpenLot<T>(c, walk, views[0]);
+  const Corners corners = LoadCorners<T>(views[last], v.At);
+  const LotField f = RangesOf<T>(k.Tables[last], views[last], v, corners);
+  const Floats high = Max(sign * f.Least, sign * f.Largest);
+  Ints promising =
+    f.Valid & (ExtremeOf(c, last, high) > c.Projection.Extreme[last] + RuleOf(c, last)[0]);
+  if (Bits(promising) == 0)
+  {
+    return;
+  }
+  const Vectors from = PlacesIn(walk, v);
+  const Vectors passed = PassedIn(walk, v);
+  Floats where;
+  const Floats best = BestAlong(FieldAlong(k.Tables[last], views[last], corners, from, passed),
+    sign, f.Least, f.Largest, where);
+  Floats others[MostComponents] = {};
+  for (int i = 0; i < last; ++i)
+  {
+    const Corners own = LoadCorners<T>(views[i], v.At);
+    promising &= HaveValues<T>(own);
+    others[i] = Along(FieldAlong(k.Tables[i], views[i], own, from, passed), where);
+  }
+  TakeDependent(c, ExtremeOf(c, last, best), others, promising);
 }
 
 template <typename T>
@@ -248,6 +329,19 @@ __attribute__((noinline)) void ProjectComponentsNearest(
 {
   const ComponentTables& k = c.Components;
   const LotView v = OpenLot<T>(c, walk, views[0]);
+  if (k.Dependent)
+  {
+    Floats nodes[MostComponents] = {};
+    Ints all = v.Valid;
+    for (int i = 0; i < k.Count; ++i)
+    {
+      nodes[i] = NodeOf(k.Tables[i], views[i], LoadTexel<T>(views[i], v.At, 0));
+      all &= nodes[i] == nodes[i];
+    }
+    const int last = k.Count - 1;
+    TakeDependent(c, ExtremeOf(c, last, c.P.Projection[0] * nodes[last]), nodes, all);
+    return;
+  }
   for (int e = 0; e < k.EmitterCount; ++e)
   {
     const int i = k.Emitters[e];
@@ -283,8 +377,18 @@ void ProjectComponents(
   lot.Uniform = 0;
   const auto project = [&]
   {
-    nearest ? ProjectComponentsNearest<T>(c, state, ray, views, w)
-            : ProjectComponentsLinear<T>(c, state, ray, views, w);
+    if (nearest)
+    {
+      ProjectComponentsNearest<T>(c, state, ray, views, w);
+    }
+    else if (k.Dependent)
+    {
+      ProjectDependentLinear<T>(c, views, w);
+    }
+    else
+    {
+      ProjectComponentsLinear<T>(c, state, ray, views, w);
+    }
     lot.Count = 0;
     lot.Uniform = 0;
   };

@@ -370,7 +370,8 @@ inline void FindPlaces(const Context& c, const ComponentViews& views, const Walk
   }
   if (k.Dependent)
   {
-    has[k.Count - 1] = Select(all, has[k.Count - 1], Floats{});
+    Floats& ofEmitter = has[k.Emitters[0]];
+    ofEmitter = Select(all, ofEmitter, Floats{});
   }
   FindPoint(c, x, has, t, p);
 }
@@ -414,6 +415,10 @@ void ComponentsFixed(
       // extinction the mean opacity.
       const auto half = [&](const ComponentPoint<Floats>& from, const ComponentPoint<Floats>& to)
       {
+        if (c.Plane.Nodes != nullptr)
+        {
+          return 0.5f * (from.Left[i] + to.Left[i]);
+        }
         const Floats whole = MeanExtinction(from.S[i], to.S[i], Floats{}, Floats{}).Mean;
         if (!k.ByGradient)
         {

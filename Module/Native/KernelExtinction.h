@@ -9,8 +9,9 @@
 #endif
 constexpr bool GradientOpacity = TERAVOX_GRADIENT_OPACITY != 0;
 // The same kernel draws opacity and colour over value and magnitude (KernelPlane.h), of volumes
-// without a mask.
-#define TERAVOX_TRANSFER_PLANE (TERAVOX_GRADIENT_OPACITY && !TERAVOX_MASK)
+// without a mask; that for components those over two.
+#define TERAVOX_GRADIENT_PLANE (TERAVOX_GRADIENT_OPACITY && !TERAVOX_MASK)
+#define TERAVOX_TRANSFER_PLANE (TERAVOX_GRADIENT_PLANE || TERAVOX_COMPONENTS)
 
 // TransferPlane; Nodes is null where there is none.
 struct PlaneTable

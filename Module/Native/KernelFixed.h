@@ -42,7 +42,7 @@ void IntegrateFixed(
     Floats mean = MeanExtinction(a, b, Floats{}, Floats{}).Mean;
     Color<Floats> colorA = TransferColor(c.Table, a.X);
     Color<Floats> colorB = TransferColor(c.Table, b.X);
-#if TERAVOX_TRANSFER_PLANE
+#if TERAVOX_GRADIENT_PLANE
     if (c.Plane.Nodes != nullptr)
     {
       const auto at = [&](const Places& place, const Sample<Floats>& s)

@@ -193,8 +193,17 @@ inline float WeightAt(float nearest)
   return Min(Max(LargestWeight * 2.0f * nearest * nearest, LeastWeight), LargestWeight);
 }
 
-// half: pixels to the nearest rays along x, y or both.
-inline bool MayBeInterpolated(const NativeScene& scene, int x, int y, int half, bool center)
+// Whether the ray of a pixel is over, which may be so before its stage (NativeView::CastAll()).
+inline bool IsDone(const NativeScene& scene, std::size_t pixel)
+{
+  return (scene.Position[4 * pixel + 3] >> 16 & 3) == StatusDone;
+}
+
+// Whether a pixel may be interpolated; if it may, that is done, but for a ray that is over, unless
+// `always`: it may have to stay what it is. Nothing reads the pixel before its stage is over. half:
+// pixels to the nearest rays along x, y or both.
+inline bool IsInterpolated(
+  const NativeScene& scene, int x, int y, int half, bool center, bool always)
 {
   const MarchParameters& p = *scene.Parameters;
   const std::size_t pixel = PixelAt(scene, x, y);
@@ -246,32 +255,33 @@ inline bool MayBeInterpolated(const NativeScene& scene, int x, int y, int half, 
       return false;
     }
   }
-  return true;
-}
-
-inline void Interpolate(const NativeScene& scene, int x, int y, int half, bool center)
-{
-  const MarchParameters& p = *scene.Parameters;
-  const std::size_t pixel = PixelAt(scene, x, y);
-  const Between b = LookAround(scene, pixel, half, center);
+  if (!always && IsDone(scene, pixel))
+  {
+    return true;
+  }
   const Quad none = {};
   Quad value = Max(InTheMiddle(b.Around), none);
   value = WithFourth(value, Min(value[3], 1.0f));
   __builtin_memcpy(scene.Color + 4 * pixel, &value, sizeof(value));
   scene.Missed[pixel] = b.Missed;
   scene.Reach[pixel] = b.Reach;
-  scene.Lattice[pixel] = RayInside;
-  scene.Position[4 * pixel + 3] = StatusDone << 16;
   if (scene.Error != nullptr)
   {
-    const Ray ray = MakeRay(p, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-    float begin = 0;
-    float end = 0;
-    float lit = 0;
-    FindInterval(scene, ray, x, y, begin, end, lit);
-    const float depth = Max(begin, b.Over ? b.Reach : end);
-    const float nearest = NearestRay(p, LevelAt(p, begin), depth, static_cast<float>(half), center);
     scene.Error[pixel] = b.Spent + b.Difference * WeightAt(nearest) + b.Missed;
+  }
+  return true;
+}
+
+// Makes a pixel that was interpolated a ray that begins.
+inline void BeginAnew(const NativeScene& scene, std::size_t pixel)
+{
+  const Quad nothing = { 0.0f, 0.0f, 0.0f, 1.0f };
+  __builtin_memcpy(scene.Color + 4 * pixel, &nothing, sizeof(nothing));
+  scene.Missed[pixel] = 0.0f;
+  scene.Reach[pixel] = NativeScene::NothingReached;
+  if (scene.Error != nullptr)
+  {
+    scene.Error[pixel] = 0.0f;
   }
 }
 
@@ -316,7 +326,8 @@ inline void RefinePixel(const NativeScene& scene, LatticeStep step, int x, int y
   const std::size_t pixel = PixelAt(scene, x, y);
   const std::uint8_t marks = LoadMarks(scene, pixel);
   const bool between = (marks & RayBetween) != 0;
-  if (step == LatticeStep::Choose && MayBeInterpolated(scene, x, y, half, center))
+  const bool done = IsDone(scene, pixel);
+  if (step == LatticeStep::Choose && IsInterpolated(scene, x, y, half, center, false))
   {
     StoreMarks(scene, pixel, marks | RayBetween);
   }
@@ -324,9 +335,13 @@ inline void RefinePixel(const NativeScene& scene, LatticeStep step, int x, int y
     (step == LatticeStep::Spread && between &&
       HasNeighbour(scene, x, y, half, center, RaySurprising)))
   {
+    if (between && !done)
+    {
+      BeginAnew(scene, pixel);
+    }
     StoreMarks(scene, pixel, marks & RayInside);
     count.Chosen += 1;
-    count.ToCast += (scene.Position[4 * pixel + 3] >> 16 & 3) != StatusDone ? 1 : 0;
+    count.ToCast += done ? 0 : 1;
   }
   else if (step == LatticeStep::Judge && !between && (marks & RayJudged) == 0)
   {
@@ -338,7 +353,12 @@ inline void RefinePixel(const NativeScene& scene, LatticeStep step, int x, int y
   }
   else if (step == LatticeStep::Fill && between)
   {
-    Interpolate(scene, x, y, half, center);
+    if (done)
+    {
+      IsInterpolated(scene, x, y, half, center, true);
+    }
+    StoreMarks(scene, pixel, RayInside);
+    scene.Position[4 * pixel + 3] = StatusDone << 16;
   }
 }
 

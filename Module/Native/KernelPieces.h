@@ -143,7 +143,7 @@ TERAVOX_INLINE Floats PlaceError(const Extinction& e, Floats depth)
   return OpaquePlace * thick * thick + 0.25f * e.Uneven / Max(e.Mean, Splat(1.0e-30f));
 }
 
-#if TERAVOX_GRADIENT_OPACITY
+#if TERAVOX_GRADIENT_OPACITY || TERAVOX_COMPONENTS
 // Where in a piece of this depth light is gathered isn't known better than to this share of it, if
 // the opacity may change by a share of `varied`: a dense one begins where gradients leave
 // something.
@@ -166,7 +166,7 @@ TERAVOX_INLINE Normal<Floats> NormalAt(const Context& c, const Segments& s, Floa
   return NormalOf(c.P, Along(s.Light.X, u), Along(s.Light.Y, u), Along(s.Light.Z, u));
 }
 
-#if TERAVOX_TRANSFER_PLANE
+#if TERAVOX_GRADIENT_PLANE
 template <bool Shade>
 void EvaluatePlane(const Context& c, const Segments& s, Floats from, Floats to, Pieces& out);
 #endif
@@ -187,7 +187,7 @@ template <bool Shade>
 __attribute__((noinline)) void FindEnds(
   const Context& c, const Segments& s, Floats u, PieceEnds<Shade>& ends)
 {
-#if TERAVOX_TRANSFER_PLANE
+#if TERAVOX_GRADIENT_PLANE
   if (c.Plane.Nodes != nullptr)
   {
     return; // its pieces have other ones
@@ -208,7 +208,7 @@ template <bool Shade>
 __attribute__((noinline)) void EvaluateBetween(const Context& c, const Segments& s, Floats from,
   Floats to, const PieceEnds<Shade>& front, const PieceEnds<Shade>& back, Pieces& out)
 {
-#if TERAVOX_TRANSFER_PLANE
+#if TERAVOX_GRADIENT_PLANE
   if (c.Plane.Nodes != nullptr)
   {
     EvaluatePlane<Shade>(c, s, from, to, out);
@@ -544,7 +544,7 @@ inline void IntegrateConstant(
   const float length = Max(t1 - t0, 0.0f) * ray.World;
   float depth = SampleTransfer(c.Table, position).S * length;
   Color<float> color = TransferColor(c.Table, position);
-#if TERAVOX_TRANSFER_PLANE
+#if TERAVOX_GRADIENT_PLANE
   if (c.Plane.Nodes != nullptr)
   {
     const PlaneSample<float> sample = SamplePlane(c.Plane, c.Gradient, position, 0.0f);

@@ -29,6 +29,22 @@ TERAVOX_INLINE Floats BestAlong(const Cubic& field, float sign, Floats least, Fl
     Max(Max(ends, middle), Min(sign * least, sign * largest)), Max(sign * least, sign * largest));
 }
 
+// The same, and where along the cell it is first.
+TERAVOX_INLINE Floats BestAlong(
+  const Cubic& field, float sign, Floats least, Floats largest, Floats& where)
+{
+  const Turns turns = TurnsOf(field);
+  where = Floats{};
+  Floats best = sign * field.A;
+  for (const Floats& u : { turns.First, turns.Second, Splat(1.0f) })
+  {
+    const Floats there = sign * Along(field, u);
+    where = Select(there > best, u, where);
+    best = Max(best, there);
+  }
+  return Min(Max(best, Min(sign * least, sign * largest)), Max(sign * least, sign * largest));
+}
+
 // What is added up: the values of a table, of averages those between two nodes only.
 struct SumRule
 {

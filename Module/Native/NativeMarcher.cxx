@@ -162,7 +162,7 @@ void NativeView::Clear(int stage, const LatticeLimits& limits, const std::array<
     return;
   }
   std::fill(this->Missed.begin(), this->Missed.end(), 0.0f);
-  std::fill(this->Reach.begin(), this->Reach.end(), -std::numeric_limits<float>::max());
+  std::fill(this->Reach.begin(), this->Reach.end(), NativeScene::NothingReached);
   for (std::size_t i = 0; i < this->Lattice.size(); ++i)
   {
     const auto x = static_cast<int>(i % static_cast<std::size_t>(this->Width));
@@ -173,8 +173,24 @@ void NativeView::Clear(int stage, const LatticeLimits& limits, const std::array<
 
 void NativeView::CastAll()
 {
-  for (std::uint8_t& mark : this->Lattice)
+  for (std::size_t i = 0; i < this->Lattice.size(); ++i)
   {
+    std::uint8_t& mark = this->Lattice[i];
+    constexpr std::int32_t statusDone = 2;
+    if ((mark & NativeScene::RayBetween) != 0 &&
+      (this->Position[4 * i + 3] >> 16 & 3) != statusDone)
+    {
+      // It isn't what it was to become.
+      const std::array<float, 4> nothing{ 0, 0, 0, 1 };
+      std::copy(
+        nothing.begin(), nothing.end(), this->Color.begin() + static_cast<std::ptrdiff_t>(4 * i));
+      this->Missed[i] = 0;
+      this->Reach[i] = NativeScene::NothingReached;
+      if (!this->Error.empty())
+      {
+        this->Error[i] = 0;
+      }
+    }
     mark &= static_cast<std::uint8_t>(~NativeScene::RayDeferred);
   }
 }

@@ -5,6 +5,7 @@
 #include "MarchParameters.h"
 
 #include <cstdint>
+#include <limits>
 
 namespace teravox
 {
@@ -20,6 +21,8 @@ struct NativeScene
   static constexpr std::uint8_t RayDeferred = 1; ///< of Lattice: it isn't cast yet
   static constexpr std::uint8_t RayInside = 2;   ///< of Lattice: it meets the volume
   static constexpr std::uint8_t RayBetween = 4;  ///< of Lattice: it will be interpolated
+  /// Reach of a ray that has met nothing.
+  static constexpr float NothingReached = -std::numeric_limits<float>::max();
   /// Of Lattice: it isn't what interpolation would have given.
   static constexpr std::uint8_t RaySurprising = 8;
   static constexpr std::uint8_t RayJudged = 16; ///< of Lattice: whether it is, is known

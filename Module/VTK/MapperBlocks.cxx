@@ -58,7 +58,7 @@ bool vtkOutOfCoreVolumeMapper::JoinGatheredImage(vtkImageData* sum, vtkImageData
   }
   for (std::size_t i = 0; i < rays.size(); i += channels)
   {
-    teravox::JoinRays(blend, components, &others[i], &rays[i]);
+    teravox::JoinRays(blend, components, &others[i], &rays[i], shown->second.Dependent);
   }
   std::copy(rays.begin(), rays.end(), static_cast<float*>(sum->GetScalarPointer()));
   sum->Modified();

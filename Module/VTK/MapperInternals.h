@@ -4,9 +4,11 @@
 
 #include "ColorAndDepthImage.h"
 #include "DepthPeeling.h"
+#include "DrawnInput.h"
 #include "InputArray.h"
 #include "MaskInput.h"
 #include "PropertyFunctions.h"
+#include "SecondArray.h"
 #include "SliceDepths.h"
 #include "VolumeEngine.h"
 #include "VolumeMixer.h"
@@ -38,16 +40,6 @@ class vtkVolumeProperty;
 namespace teravox
 {
 
-/// What a mapper draws: a source, and where its level 0 lies.
-struct Drawn
-{
-  std::shared_ptr<BrickSource> Source;
-  Matrix4 DatasetFromVoxel{}; ///< corner coordinates of level 0
-  bool CellData = false;
-  std::shared_ptr<BrickSeries> Series; ///< what the source is a step of
-  int Step = 0;
-};
-
 /// One of the volumes that a mapper draws: how it comes from its input, and what draws it.
 struct MapperVolume
 {
@@ -55,6 +47,7 @@ struct MapperVolume
   SliceDepths Slice;
   InputArray Arrays; ///< the source made from an ordinary array
   MaskInput Mask;
+  SecondArray Second;
 
   /// One scalar of the components of a source, and which.
   std::shared_ptr<BrickSource> Scalars;
@@ -78,6 +71,7 @@ struct MapperFrame
   FrameRequest Request;
   teravox::Drawn Drawn;
   int Components = 1;
+  bool ByImage = false; ///< IsImageDrawn()
 };
 
 // Floats per pixel become an image; false if there are none.
@@ -159,10 +153,6 @@ public:
   void WarnOnce(
     vtkOutOfCoreVolumeMapper* mapper, const std::string& key, const std::string& message);
 
-  // What is drawn of a source: itself, or one scalar of it.
-  static std::shared_ptr<teravox::BrickSource> ScalarsOf(vtkOutOfCoreVolumeMapper* mapper,
-    teravox::MapperVolume& part, vtkVolumeProperty* property,
-    const std::shared_ptr<teravox::BrickSource>& source);
   static void BeginProp(vtkHardwareSelector* selector, teravox::FrameRequest& request);
   bool IsDrawn(vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, const teravox::Status& status,
     bool timedOut);
@@ -172,6 +162,26 @@ public:
   // renderer has. Nothing, after an error, if there is nothing to draw.
   std::optional<teravox::MapperFrame> Prepare(vtkOutOfCoreVolumeMapper* mapper,
     teravox::MapperVolume& part, int port, vtkRenderer* ren, vtkVolume* volume, vtkVolume* prop);
+  // MapperPrepare.cxx: its parts.
+  teravox::Drawn FindInput(vtkOutOfCoreVolumeMapper* mapper, teravox::MapperVolume& part, int port);
+  // What is drawn of a source: itself, or one scalar of it.
+  static std::shared_ptr<teravox::BrickSource> ScalarsOf(vtkOutOfCoreVolumeMapper* mapper,
+    teravox::MapperVolume& part, vtkVolumeProperty* property,
+    const std::shared_ptr<teravox::BrickSource>& source);
+  // That, with what decides beside it what is seen: another array, a mask.
+  std::shared_ptr<teravox::BrickSource> ChooseSource(vtkOutOfCoreVolumeMapper* mapper,
+    teravox::MapperVolume& part, teravox::MapperFrame& frame, vtkVolume* volume, bool together);
+  static void SetCamera(vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, vtkVolume* volume,
+    const teravox::Drawn& drawn, teravox::FrameRequest& request);
+  static void SetOptions(vtkOutOfCoreVolumeMapper* mapper, teravox::FrameRequest& request);
+  bool SetBlend(vtkOutOfCoreVolumeMapper* mapper, teravox::MapperVolume& part, vtkVolume* volume,
+    int components, bool together, teravox::FrameRequest& request);
+  static void SetPatience(vtkOutOfCoreVolumeMapper* mapper, vtkOpenGLRenderWindow* window,
+    vtkVolume* prop, teravox::FrameRequest& request);
+  static teravox::EngineSettings SettingsOf(vtkOutOfCoreVolumeMapper* mapper);
+  static void SetFunctions(vtkOutOfCoreVolumeMapper* mapper, teravox::MapperVolume& part,
+    vtkVolumeProperty* property, const std::shared_ptr<teravox::BrickSource>& source,
+    const teravox::RangeChoice& range, bool masked, double shortestLength);
   // MapperMultiVolume.cxx
   void RenderTogether(
     vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, vtkMultiVolume* volumes, double began);
@@ -184,6 +194,7 @@ public:
     std::uint64_t FunctionVersion = 0;
     std::shared_ptr<teravox::BrickSource> Source;
     int Components = 1;
+    bool Dependent = false;
   };
   std::map<const void*, Shown> Shown_;
 

@@ -147,7 +147,6 @@ std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeP
     check(m->GetSampleDistance() != 1.0f && m->GetImageErrorTolerance() > 0, "SampleDistance");
   }
   check(m->GetReportProgress() != true, "ReportProgress");
-  check(m->GetTransfer2DYAxisArray() != nullptr, "Transfer2DYAxisArray");
   bool hasGradientOpacity = false;
   for (int c = 0; c < std::min(components, VTK_MAX_VRCOMP); ++c)
   {

@@ -136,8 +136,9 @@ void SortKnots(TransferFunction& function)
 }
 
 // Opacity and colour over the range of the data, and magnitudes of gradients up to a quarter of its
-// width, as VTK lays them.
-TransferFunction MakeImage(vtkVolumeProperty* property, const ValueRange& range)
+// width, or the range of a second component, as VTK lays them.
+TransferFunction MakeImage(vtkVolumeProperty* property, const ValueRange& range,
+  const std::optional<ValueRange>& second = std::nullopt)
 {
   vtkImageData* nodes = property->GetTransferFunction2D(0);
   vtkDataArray* array = nodes->GetPointData()->GetScalars();
@@ -147,6 +148,7 @@ TransferFunction MakeImage(vtkVolumeProperty* property, const ValueRange& range)
   image.Values = range;
   const double width = range.Max - range.Min;
   image.LastGradient = width > 0 ? 0.25 * width : 1;
+  image.Second = second;
   const vtkIdType count = vtkIdType{ image.Columns } * image.Rows;
   for (vtkIdType i = 0; i < count; ++i)
   {
@@ -176,13 +178,12 @@ TransferFunction MakeOwnFunction(
   }
   return function;
 }
+} // namespace
 
-// Of dependent components: whether there is such a mode for so many.
 bool AreDependent(vtkVolumeProperty* property, int components)
 {
   return property->GetIndependentComponents() == 0 && (components == 2 || components == 4);
 }
-} // namespace
 
 std::optional<int> SurfaceComponent(vtkVolumeProperty* property, int components)
 {
@@ -249,7 +250,21 @@ ComponentFunctions MakeComponentFunctions(
     return own;
   };
   const int components = info.Components;
+  const auto materialOf = [&](int c)
+  {
+    return MarchParameters::Vec{ static_cast<float>(property->GetAmbient(c)),
+      static_cast<float>(property->GetDiffuse(c)), static_cast<float>(property->GetSpecular(c)),
+      static_cast<float>(property->GetSpecularPower(c)) };
+  };
   ComponentFunctions functions;
+  if (range.Image)
+  {
+    functions.Mode = ComponentMode::Plane;
+    functions.Functions.push_back(
+      MakeImage(property, ComponentRange(info, 0), ComponentRange(info, 1)));
+    functions.Material[0] = materialOf(0);
+    return functions;
+  }
   const bool dependent = AreDependent(property, components);
   functions.Mode = dependent ? ComponentMode::Dependent : ComponentMode::Independent;
   for (int c = 0; c < (dependent ? 1 : components); ++c)
@@ -259,9 +274,7 @@ ComponentFunctions MakeComponentFunctions(
     functions.Functions.push_back(
       MakeOwnFunction(property, c, of(dependent ? components - 1 : c), of(c)));
     functions.Weight[i] = property->GetComponentWeight(c);
-    functions.Material[i] = { static_cast<float>(property->GetAmbient(c)),
-      static_cast<float>(property->GetDiffuse(c)), static_cast<float>(property->GetSpecular(c)),
-      static_cast<float>(property->GetSpecularPower(c)) };
+    functions.Material[i] = materialOf(c);
   }
   return functions;
 }

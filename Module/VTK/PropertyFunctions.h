@@ -23,7 +23,8 @@ struct RangeChoice
   bool NativeColor = false;
   bool NativeOpacity = false;
   bool NativeGradient = false;
-  bool Image = false; ///< the one function over value and gradient counts (HasTransferImage())
+  /// The one function over value and gradient counts, or over two components (HasTransferImage()).
+  bool Image = false;
 
   bool operator==(const RangeChoice& o) const
   {
@@ -51,10 +52,14 @@ TransferFunction MakeTransferFunction(
 /// that with the largest weight, the first of several; nothing of dependent ones.
 std::optional<int> SurfaceComponent(vtkVolumeProperty* property, int components);
 
+/// Whether so many components are dependent: there is such a mode for two and for four.
+bool AreDependent(vtkVolumeProperty* property, int components);
+
 /// Whether so many components, as the property takes them, can be drawn in a blend mode.
 bool CanBlendComponents(vtkVolumeProperty* property, int components, BlendKind kind);
 
-/// Those of several components, each over the range of its own values.
+/// Those of several components, each over the range of its own values. Of two, if the one function
+/// counts, that is over both.
 ComponentFunctions MakeComponentFunctions(
   vtkVolumeProperty* property, const VolumeInfo& info, const RangeChoice& range);
 

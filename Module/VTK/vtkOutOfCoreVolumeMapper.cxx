@@ -7,32 +7,21 @@
 #include "MapperScene.h"
 #include "PropertyFunctions.h"
 #include "RefinementBoard.h"
-#include "ScalarBrickSource.h"
 #include "VolumePick.h"
 #include "VolumePlace.h"
 #include "VoxelIds.h"
 #include "vtkBlockSplit.h"
 #include "vtkBrickSource.h"
 #include "vtkCallbackCommand.h"
-#include "vtkCamera.h"
-#include "vtkCellData.h"
-#include "vtkColorTransferFunction.h"
 #include "vtkCommand.h"
 #include "vtkDataArray.h"
 #include "vtkFloatArray.h"
 #include "vtkHardwareSelector.h"
 #include "vtkImageData.h"
-#include "vtkImplicitFunction.h"
-#include "vtkInformation.h"
-#include "vtkMatrix3x3.h"
-#include "vtkMatrix4x4.h"
 #include "vtkMultiVolume.h"
 #include "vtkNew.h"
 #include "vtkObjectFactory.h"
 #include "vtkOpenGLRenderWindow.h"
-#include "vtkOpenGLShaderCache.h"
-#include "vtkOpenGLState.h"
-#include "vtkPiecewiseFunction.h"
 #include "vtkPointData.h"
 #include "vtkRenderWindow.h"
 #include "vtkRenderer.h"
@@ -56,10 +45,8 @@
 #include <unistd.h>
 #endif
 
-using teravox::Double3;
 using teravox::Drawn;
 using teravox::Int3;
-using teravox::Matrix4;
 
 namespace
 {
@@ -119,36 +106,6 @@ private:
 };
 
 } // namespace
-
-// The source itself where vectors aren't to become scalars, or aren't vectors; isosurfaces are of
-// one component.
-std::shared_ptr<teravox::BrickSource> vtkOutOfCoreVolumeMapper::vtkInternals::ScalarsOf(
-  vtkOutOfCoreVolumeMapper* mapper, teravox::MapperVolume& part, vtkVolumeProperty* property,
-  const std::shared_ptr<teravox::BrickSource>& source)
-{
-  const int components = source->Info().Components;
-  const std::optional<int> surface =
-    mapper->BlendMode == ISOSURFACE_BLEND && mapper->VectorMode == DISABLED
-    ? teravox::SurfaceComponent(property, components)
-    : std::nullopt;
-  // Vectors become scalars for the functions of the first component.
-  part.FunctionComponent = surface.value_or(0);
-  if (components == 1 || (mapper->VectorMode == DISABLED && !surface))
-  {
-    part.Scalars = part.ScalarsSource = nullptr;
-    return source;
-  }
-  const int component = surface       ? *surface
-    : mapper->VectorMode == MAGNITUDE ? teravox::ScalarBrickSource::Magnitude
-                                      : std::min(mapper->VectorComponent, components - 1);
-  if (!part.Scalars || part.ScalarsSource != source || part.ScalarsComponent != component)
-  {
-    part.Scalars = std::make_shared<teravox::ScalarBrickSource>(source, component);
-    part.ScalarsSource = source;
-    part.ScalarsComponent = component;
-  }
-  return part.Scalars;
-}
 
 vtkStandardNewMacro(vtkOutOfCoreVolumeMapper);
 
@@ -271,86 +228,6 @@ vtkBrickSource* vtkOutOfCoreVolumeMapper::GetBrickSource()
   return this->Internals->Explicit;
 }
 
-namespace
-{
-Drawn PlaceBySource(const std::shared_ptr<teravox::BrickSource>& source)
-{
-  const teravox::VolumeInfo& info = source->Info();
-  return { source, teravox::DatasetFromVoxel(info), info.CellData, nullptr, 0 };
-}
-
-Matrix4 ImageToDataset(vtkImageData* image)
-{
-  const double* origin = image->GetOrigin();
-  const double* spacing = image->GetSpacing();
-  return teravox::IndexToDataset({ origin[0], origin[1], origin[2] },
-    { spacing[0], spacing[1], spacing[2] }, image->GetDirectionMatrix()->GetData());
-}
-
-// The image shows one level, or a part of it; its index space is that level's.
-Drawn PlaceByImage(vtkImageData* image, vtkBrickSource* holder)
-{
-  const std::shared_ptr<teravox::BrickSource>& source = holder->GetBrickSource();
-  const teravox::VolumeInfo& info = source->Info();
-  long long first[3];
-  holder->GetPresentedFirstVoxel(first);
-  const Int3& factor = info.Layout.Factor(holder->GetPresentedLevel());
-  const int* extent = image->GetExtent();
-  // Index of VTK of a point p in corner coordinates of level 0: centres of the presented level lie
-  // at whole indices for point data, cells between them for cell data.
-  const double half = info.CellData ? 0.0 : 0.5;
-  Double3 scale{};
-  Double3 shift{};
-  for (std::size_t a = 0; a < 3; ++a)
-  {
-    scale[a] = 1.0 / static_cast<double>(factor[a]);
-    shift[a] = extent[2 * a] - static_cast<double>(first[a]) - half;
-  }
-  return { source,
-    teravox::MultiplyMatrices(ImageToDataset(image), teravox::ScaleAndShift(scale, shift)),
-    info.CellData, nullptr, 0 };
-}
-} // namespace
-
-// Finds what is to be drawn; an empty source if there is nothing, and why where that is known.
-static Drawn FindDrawn(vtkBrickSource* explicitSource, vtkImageData* image, vtkDataArray* scalars,
-  int cellFlag, const std::function<std::shared_ptr<teravox::BrickSource>(std::string&)>& ofArray,
-  std::string& error)
-{
-  if (explicitSource)
-  {
-    if (!explicitSource->GetBrickSource())
-    {
-      error = "The vtkBrickSource given to the mapper holds no source.";
-      return {};
-    }
-    Drawn drawn = PlaceBySource(explicitSource->GetBrickSource());
-    drawn.Series = explicitSource->GetBrickSeries();
-    drawn.Step = explicitSource->GetStep();
-    return drawn;
-  }
-  if (!image || !scalars)
-  {
-    return {};
-  }
-  vtkBrickSource* holder = vtkBrickSource::Get(scalars);
-  if (holder && holder->GetBrickSource())
-  {
-    Drawn drawn = PlaceByImage(image, holder);
-    drawn.Series = holder->GetBrickSeries();
-    drawn.Step = holder->GetStep();
-    return drawn;
-  }
-  Drawn drawn;
-  drawn.Source = ofArray(error);
-  drawn.CellData = cellFlag != 0;
-  const int* extent = image->GetExtent();
-  const double half = drawn.CellData ? 0.0 : 0.5;
-  drawn.DatasetFromVoxel = teravox::MultiplyMatrices(ImageToDataset(image),
-    teravox::ScaleAndShift({ 1, 1, 1 }, { extent[0] - half, extent[2] - half, extent[4] - half }));
-  return drawn;
-}
-
 double* vtkOutOfCoreVolumeMapper::GetBounds()
 {
   vtkInternals& in = *this->Internals;
@@ -376,7 +253,7 @@ double* vtkOutOfCoreVolumeMapper::GetBounds()
       return this->Superclass::GetBounds();
     }
   }
-  const Drawn drawn = FindDrawn(
+  const Drawn drawn = teravox::FindDrawn(
     in.Explicit, image, scalars, cellFlag, [](std::string&) { return nullptr; }, error);
   if (!drawn.Source)
   {
@@ -636,236 +513,6 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::Adopt(
   this->KeepRenderers(window, drawing);
 }
 
-std::optional<teravox::MapperFrame> vtkOutOfCoreVolumeMapper::vtkInternals::Prepare(
-  vtkOutOfCoreVolumeMapper* mapper, teravox::MapperVolume& part, int port, vtkRenderer* ren,
-  vtkVolume* volume, vtkVolume* prop)
-{
-  const double began = Now();
-  vtkOutOfCoreVolumeMapper& m = *mapper;
-  const bool together = volume != prop;
-  auto* window = vtkOpenGLRenderWindow::SafeDownCast(ren->GetRenderWindow());
-  vtkBrickSource* given = port == 0 ? this->Explicit.Get() : nullptr;
-  vtkImageData* image = nullptr;
-  vtkDataArray* scalars = nullptr;
-  int cellFlag = 0;
-  if (!given)
-  {
-    m.Update();
-    image = vtkImageData::SafeDownCast(m.GetInputDataObject(port, 0));
-    scalars = image ? vtkAbstractMapper::GetScalars(
-                        image, m.ScalarMode, m.ArrayAccessMode, m.ArrayId, m.ArrayName, cellFlag)
-                    : nullptr;
-    m.CellFlag = cellFlag;
-  }
-  const auto ofArray = [&](std::string& error)
-  {
-    std::string note;
-    auto found = part.Arrays.Find(image, scalars, cellFlag != 0, m.BrickSize, error, note);
-    if (!note.empty())
-    {
-      vtkWarningWithObjectMacro(mapper, << note);
-    }
-    return found;
-  };
-  std::string error;
-  teravox::MapperFrame frame;
-  frame.Drawn = FindDrawn(given, image, scalars, cellFlag, ofArray, error);
-  const teravox::Drawn& drawn = frame.Drawn;
-  if (!drawn.Source)
-  {
-    this->Fail(mapper,
-      !error.empty()
-        ? error
-        : teravox::WhyNoArray(m.GetInputDataObject(port, 0),
-            { m.ScalarMode, m.ArrayAccessMode, m.ArrayId, m.ArrayName ? m.ArrayName : "" }));
-    return std::nullopt;
-  }
-  vtkVolumeProperty* property = volume->GetProperty();
-  // What is drawn: the source, or one scalar of it; or the part of that in the mask.
-  std::shared_ptr<teravox::BrickSource> source = ScalarsOf(mapper, part, property, drawn.Source);
-  const int components = frame.Components = source->Info().Components;
-  for (const std::string& name :
-    teravox::FindUnsupported(mapper, property, volume, components, source->Info().Range, together))
-  {
-    this->WarnOnce(
-      mapper, name, name + " isn't supported by out-of-core rendering yet and is ignored.");
-  }
-
-  const bool masked = !together && teravox::IsMasked(mapper, property, components);
-  if (masked)
-  {
-    source = part.Mask.Find(source, m.MaskInput,
-      teravox::HasLabelMask(mapper, property) ? teravox::LabelsOf(property)
-                                              : std::vector<std::int64_t>(),
-      error);
-    if (!source)
-    {
-      this->Fail(mapper, "MaskInput: " + error);
-      return std::nullopt;
-    }
-  }
-
-  // Where and how large.
-  this->Adopt(mapper, window, ren);
-  // The viewport that other props are drawn into: render passes may choose another one than the
-  // renderer's, in a frame buffer of their own.
-  GLint viewport[4] = { 0, 0, 0, 0 };
-  glGetIntegerv(GL_VIEWPORT, viewport);
-  if (viewport[2] <= 0 || viewport[3] <= 0)
-  {
-    return std::nullopt;
-  }
-
-  vtkCamera* camera = ren->GetActiveCamera();
-  teravox::FrameRequest& request = frame.Request;
-  request.View = ViewOf(ren, window->GetStereoRender() != 0 && camera->GetLeftEye() == 0);
-  request.X = viewport[0];
-  request.Y = viewport[1];
-  request.Camera.Width = viewport[2];
-  request.Camera.Height = viewport[3];
-  request.Camera.ViewFromWorld = teravox::ToMatrix(camera->GetModelViewTransformMatrix());
-  request.Camera.ClipFromView =
-    teravox::ToMatrix(camera->GetProjectionTransformMatrix(ren->GetTiledAspectRatio(), -1, 1));
-  request.Camera.DatasetFromVoxel = drawn.DatasetFromVoxel;
-  request.Camera.WorldFromDataset = teravox::ToMatrix(volume->GetMatrix());
-  request.Camera.LevelBias = m.LevelOfDetailBias;
-  request.Camera.MinimumLevel = m.MinimumLevel;
-  request.Camera.MaximumLevel = m.MaximumLevel;
-  request.Camera.CellData = drawn.CellData;
-  teravox::SetCuts(mapper, request.Camera);
-  request.Nearest = property->GetInterpolationType() == VTK_NEAREST_INTERPOLATION;
-  teravox::SetMaterial(ren, property, part.FunctionComponent, request);
-  // Steps of a given length don't end where a mask does.
-  request.Tolerance = masked && m.ImageErrorTolerance <= 0 ? teravox::FrameRequest().Tolerance
-                                                           : m.ImageErrorTolerance;
-  request.SampleDistance = static_cast<double>(m.SampleDistance);
-  request.LatticeStages = teravox::LatticeStagesOf(mapper);
-  request.EmptySpaceSkipping = m.EmptySpaceSkipping != 0;
-  request.ReusePicture = m.PictureReuse != 0;
-  request.UseDepth = teravox::MayMeetGeometry(ren, prop);
-  request.CountSamples = m.CountSamples != 0;
-  request.ShowLevel = m.DebugView == LEVELS;
-  request.ShowSamples = m.DebugView == SAMPLES_PER_PIXEL;
-  request.ShowFrames = m.DebugView == BRICK_FRAMES;
-  request.ErrorEstimate = m.ErrorEstimate != 0;
-  request.RecordBricks = m.RecordBricks != 0;
-  teravox::SetOutput(mapper, request);
-  const teravox::Projection projection = teravox::MakeProjection(mapper, property);
-  if (!together && !request.ShowLevel &&
-    teravox::CanBlendComponents(property, components, projection.Kind))
-  {
-    request.Blend = projection;
-  }
-  if (request.Blend.Kind == teravox::BlendKind::Slice)
-  {
-    vtkImplicitFunction* function = property->GetSliceFunction();
-    if (function)
-    {
-      std::array<double, 6> bounds{};
-      volume->GetBounds(bounds.data());
-      const auto depths = part.Slice.Find(request.Camera, function, bounds);
-      if (!depths)
-      {
-        this->Fail(mapper, depths.GetStatus().Message());
-        return std::nullopt;
-      }
-      request.SliceDepths = depths.Value();
-    }
-    else
-    {
-      this->WarnOnce(
-        mapper, "SliceFunction", "SliceFunction isn't set, so there is no slice to draw.");
-    }
-  }
-  const bool automatic = m.FrameTimeBudget < 0;
-  request.Converge = automatic
-    ? window->GetOffScreenRendering() != 0 || window->GetShowWindow() == 0
-    : m.FrameTimeBudget == 0;
-  request.TimeBudget = automatic ? prop->GetAllocatedRenderTime() : m.FrameTimeBudget;
-  request.Timeout = m.ConvergeTimeout;
-  request.RetryAfter = m.FailureRetryInterval;
-  request.Abort = [window]() { return window->CheckAbortStatus() != 0; };
-
-  // A wall of a hundredth of the shortest voxel edge is opaque.
-  const Matrix4& world = request.Camera.DatasetFromVoxel;
-  double shortest = VTK_DOUBLE_MAX;
-  for (std::size_t a = 0; a < 3; ++a)
-  {
-    shortest = std::min(shortest,
-      std::sqrt(world[a] * world[a] + world[4 + a] * world[4 + a] + world[8 + a] * world[8 + a]));
-  }
-  if (!(shortest > 0) || !std::isfinite(shortest))
-  {
-    this->Fail(mapper,
-      "The matrix from voxels to the world is singular: check spacing, direction matrix and the "
-      "volume's transform.");
-    return std::nullopt;
-  }
-  request.ShortestLength = 0.01 * shortest;
-
-  // Read ahead is whole bricks, not one scalar of them.
-  part.Engine.SetSource(source, source == drawn.Source ? drawn.Series : nullptr, drawn.Step);
-  if (part.Timed != drawn.Source)
-  {
-    part.Timed = drawn.Source;
-    this->SourceTime = began;
-    this->FirstPicture = 0;
-    this->ConvergedAfter = 0;
-  }
-  teravox::EngineSettings settings;
-  settings.GPUMemoryBudget = m.GetEffectiveGPUMemoryBudget();
-  settings.HostMemoryBudget = m.GetEffectiveHostMemoryBudget();
-  settings.LoaderThreads = m.NumberOfLoaderThreads;
-  settings.Marcher = static_cast<teravox::MarcherKind>(m.Marcher);
-  if (m.MaximumNumberOfSlots != 0)
-  {
-    settings.MaximumSlots = std::max<std::uint32_t>(m.MaximumNumberOfSlots, 2);
-  }
-  if (m.ArrivalShuffleSeed != 0)
-  {
-    settings.ShuffleSeed = m.ArrivalShuffleSeed;
-  }
-  part.Engine.SetSettings(settings);
-  const vtkMTimeType functionTime =
-    std::max({ property->GetMTime(), property->GetScalarOpacity()->GetMTime(),
-      masked ? teravox::LabelTime(property) : 0, teravox::ImageTime(property) });
-  const teravox::RangeChoice range{ source->Info().Range, m.ColorRangeType == NATIVE,
-    m.ScalarOpacityRangeType == NATIVE, m.GradientOpacityRangeType == NATIVE,
-    teravox::IsImageDrawn(mapper, property, source->Info()) };
-  // How the function is sampled depends on the values of the source and on the size of its voxels.
-  if (part.FunctionOf != property || part.FunctionTime != functionTime ||
-    part.FunctionVersion == 0 || part.FunctionFor != source || !(part.FunctionRange == range) ||
-    part.FunctionLength != request.ShortestLength || part.FunctionBlend != m.MaskBlendFactor)
-  {
-    part.FunctionOf = property;
-    part.FunctionTime = functionTime;
-    part.FunctionFor = source;
-    part.FunctionRange = range;
-    part.FunctionLength = request.ShortestLength;
-    part.FunctionBlend = m.MaskBlendFactor;
-    ++part.FunctionVersion;
-    if (components > 1)
-    {
-      part.Engine.SetComponentFunctions(
-        teravox::MakeComponentFunctions(property, source->Info(), range), part.FunctionVersion);
-    }
-    else
-    {
-      const auto blend = static_cast<double>(m.MaskBlendFactor);
-      part.Engine.SetTransferFunction(masked && teravox::HasLabelMask(mapper, property)
-          ? teravox::MakeLabelFunctions(property, range, blend)
-          : teravox::MakeTransferFunction(property, part.FunctionComponent, range),
-        part.FunctionVersion);
-    }
-  }
-
-  window->GetShaderCache()->ReleaseCurrentShader();
-  GLint framebuffer = 0;
-  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &framebuffer);
-  request.Framebuffer = static_cast<GLuint>(framebuffer);
-  return frame;
-}
-
 void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
 {
   vtkInternals& in = *this->Internals;
@@ -962,7 +609,8 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   in.LastView = request.View;
   in.LastRenderer = ren;
   in.Together.erase(ren);
-  in.Shown_[ren] = { request, in.FunctionVersion, drawn.Source, frame->Components };
+  in.Shown_[ren] = { request, in.FunctionVersion, drawn.Source, frame->Components,
+    teravox::AreDependent(vol->GetProperty(), frame->Components) };
   in.ReportFailures(this, in.Engine, drawn.Source->Info().Name);
   if (in.IsDrawn(this, ren, status, in.Engine.LastFrame().TimedOut))
   {

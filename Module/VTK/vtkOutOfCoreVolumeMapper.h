@@ -45,9 +45,11 @@
  * extremes with the sum of weight times opacity times colour and the sum of weight times opacity
  * (VTK 9.1 takes maxima for minima there), averages and sums weighted, with values counted over the
  * range of the component where that is known (arrays), else over that of all. Isosurfaces are those
- * of the component with the largest weight, as in VTK. The rest is drawn by composite blending,
- * with a warning. There are no interpolated pixels. SetVectorMode() draws one scalar of them, with
- * any blend mode.
+ * of the component with the largest weight, as in VTK. Maximum and minimum intensity of dependent
+ * ones are those of the last one, with the colour of the first such place on the ray. The rest is
+ * drawn by composite blending, with a warning. There are no interpolated pixels. SetVectorMode()
+ * draws one scalar of them, with any blend mode. SetTransfer2DYAxisArray() makes a function of two
+ * dimensions one over two arrays, of an image or of two pyramids.
  *
  * Needs OpenGL 4.3. With clipping planes, cropping and lights of all kinds; every
  * property of the base class that isn't supported warns once by name when it is set to something

@@ -50,9 +50,9 @@ layout(std140, binding = 0) uniform View
   // Of blend modes other than composite. x: what a position in nodes may be off by rounding; y: last
   // node that differs, least node that counts; z: largest node that counts; w: factor of sums.
   vec4 u_componentProjection[4];
-  // Of a table over value and gradient, whose rows u_gradient is in. x, y: columns per node of the
-  // transfer table, column of its first; z: the last one; w: levels of bounds. x: 1 / unit distance;
-  // y: largest extinction.
+  // Of a table over two components, or over value and gradient, whose rows u_gradient is in. x, y:
+  // columns per node of the transfer table, column of its first; z: the last one; w: levels of
+  // bounds. x: 1 / unit distance; y: largest extinction.
   vec4 u_plane[2];
   // Of voxels with several components. xyz: as u_gradient; w: first node.
   vec4 u_componentGradient[4];
@@ -84,7 +84,7 @@ layout(binding = 1, rgba32i) uniform writeonly iimage2D u_positionState;
 #if TERAVOX_ESTIMATE || TERAVOX_COUNT
 layout(binding = 2, r32f) uniform image2D u_errorState; // or samples
 #endif
-#if TERAVOX_COMPONENTS && !TERAVOX_GRADIENT_OPACITY
+#if TERAVOX_COMPONENTS && !TERAVOX_GRADIENT_OPACITY && !TERAVOX_PLANE
 // Of averages of several components: where values count, world units, of each.
 layout(binding = 9) uniform sampler2D u_lengthsBefore;
 layout(binding = 4, rgba32f) uniform writeonly image2D u_lengthsState;

@@ -41,13 +41,12 @@ ComponentLine LineThrough(BrickView view, int level, CellWalk walk, VisitedCell 
     cubic.x += view.parts[c].y;
     line.field[c] = has ? cubic * u_componentTransfer[c].z : vec4(0.0);
     int e = c - FIRST_EMITTER;
-    if (e >= 0)
+    if (e >= 0 && e < EMITTERS)
     {
       line.has[e] = has && WeightOf(c) > 0.0 ? 1.0 : 0.0;
       line.turns[e] = line.has[e] > 0.0 ? TurningPoints(line.field[c]) : vec2(2.0);
 #if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
-      Gradient g =
-        GradientAlong(PartOf(view, c), ivec3(visited.cell), visited.corners[c], w0, dw);
+      Gradient g = GradientAlong(PartOf(view, c), ivec3(visited.cell), visited.corners[c], w0, dw);
       vec3 perVoxel = view.parts[c].x / vec3(u_levelFactor[level].xyz);
       line.slope[e] = Gradient(g.x * perVoxel.x, g.y * perVoxel.y, g.z * perVoxel.z);
 #endif
@@ -83,12 +82,15 @@ bool IsLineEmpty(ComponentLine line)
     vec2 turns = min(line.turns[e], 1.0);
     vec3 ends = vec3(Along(f, turns.x), Along(f, turns.y), Along(f, 1.0));
     empty = empty &&
-      (line.has[e] == 0.0 || IsPartEmpty(
-          FIRST_EMITTER + e, min(Minimum(ends), f.x), max(Maximum(ends), f.x)));
+      (line.has[e] == 0.0 ||
+        IsPartEmpty(FIRST_EMITTER + e, min(Minimum(ends), f.x), max(Maximum(ends), f.x)));
   }
   return empty;
 }
 
+#if TERAVOX_PLANE
+#include "Library/PlanePieces.glsl"
+#else
 Means MeansBetween(ComponentLine line, Point a, Point m, Point b, float u, float to)
 {
   Means means;
@@ -123,6 +125,7 @@ Means MeansBetween(ComponentLine line, Point a, Point m, Point b, float u, float
   }
   return means;
 }
+#endif
 
 void IntegrateCell(
   inout State state, Ray ray, BrickView view, int level, CellWalk walk, VisitedCell visited)
@@ -139,6 +142,9 @@ void IntegrateCell(
 #if TERAVOX_COUNT
   float before = state.transmittance;
 #endif
+#if TERAVOX_PLANE
+  IntegratePlane(state, line, line.extent * ray.world);
+#else
   float u = 0.0;
   float size = 1.0;
   Values values = ValuesAlong(line, 0.0);
@@ -170,8 +176,8 @@ void IntegrateCell(
         TurnedBetween(middle.normal[e], end.normal[e]));
 #endif
     }
-    Piece piece = Combine(a, m, b, MeansBetween(line, a, m, b, u, to), turned,
-      (to - u) * (line.extent * ray.world));
+    Piece piece = Combine(
+      a, m, b, MeansBetween(line, a, m, b, u, to), turned, (to - u) * (line.extent * ray.world));
     float gained = state.transmittance * piece.opacity;
     precise float error = state.transmittance * piece.error.x + gained * piece.error.y;
     state.steps += 2u;
@@ -191,5 +197,6 @@ void IntegrateCell(
       size *= 2.0;
     }
   }
+#endif
   COUNT(contributing, state.transmittance < before);
 }

@@ -73,13 +73,19 @@ Point FindPoint(Values v, State state, float t)
   {
     int c = FIRST_EMITTER + e;
     p.s[e] = SamplePart(c, v.node[c]);
+#if TERAVOX_PLANE
+    PlaneSample there = SamplePlane(v.node[0], max(v.node[1], 0.0));
+    p.s[e].s = p.s[e].s > 0.0 ? there.s : 0.0;
+#endif
     p.s[e].s *= v.has[e];
     p.left[e] = p.s[e].s;
 #if TERAVOX_GRADIENT_OPACITY
     p.gradient[e] = SampleGradient(u_componentGradient[c], v.difference[e]);
     p.left[e] *= p.gradient[e].opacity;
 #endif
-#if TERAVOX_DEPENDENT && TERAVOX_COMPONENTS == COMPONENTS_RGBA
+#if TERAVOX_PLANE
+    vec3 color = there.color;
+#elif TERAVOX_DEPENDENT && TERAVOX_COMPONENTS == COMPONENTS_RGBA
     vec3 color = clamp(vec3(v.node[0], v.node[1], v.node[2]), 0.0, 1.0);
 #elif TERAVOX_DEPENDENT
     vec3 color = PartColor(0, v.node[0]);
@@ -87,8 +93,7 @@ Point FindPoint(Values v, State state, float t)
     vec3 color = PartColor(c, v.node[c]);
 #endif
 #if TERAVOX_SHADE
-    color =
-      LitColor(color, LightOn(u_componentMaterial[c], v.normal[e], state.light, t));
+    color = LitColor(color, LightOn(u_componentMaterial[c], v.normal[e], state.light, t));
 #endif
     p.own[e] = color;
     light += (p.left[e] * WeightOf(c)) * color;

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // Blend modes other than composite of voxels with several components: each is a field of its own,
-// of which a ray keeps an extreme or a sum; what they show together is made of a whole picture. All
-// values are positions in nodes of the component's table.
+// of which a ray keeps an extreme or a sum; what they show together is made of a whole picture. Of
+// dependent ones it keeps the extreme of the last, and what the others are there. All values are
+// positions in nodes of the component's table.
 #if TERAVOX_COMPONENTS && TERAVOX_BLEND
 
 // What rays hold that have met nothing.
@@ -68,6 +69,32 @@ void TakeExtreme(inout State state, int component, float best)
     }
     state.transmittance = last ? 0.0 : 1.0;
   }
+}
+#endif
+
+#if TERAVOX_DEPENDENT
+const int LAST_COMPONENT = TERAVOX_COMPONENTS - 1;
+
+// The last one's best, and what all are where that is.
+void TakeDependent(float best, float nodes[TERAVOX_COMPONENTS])
+{
+  if (best > g_extremes[LAST_COMPONENT] + u_componentProjection[LAST_COMPONENT].x)
+  {
+    for (int c = 0; c < LAST_COMPONENT; ++c)
+    {
+      g_extremes[c] = nodes[c];
+    }
+    g_extremes[LAST_COMPONENT] = best;
+  }
+}
+
+float SignedNode(float node)
+{
+#if TERAVOX_BLEND == BLEND_MAXIMUM
+  return ExtremeOf(LAST_COMPONENT, node);
+#else
+  return ExtremeOf(LAST_COMPONENT, -node);
+#endif
 }
 #endif
 

@@ -23,7 +23,7 @@ Values ValuesAt(BrickView view, int level, float t)
 #endif
     all_ = all_ && has[c];
 #if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
-    if (c >= FIRST_EMITTER)
+    if (c >= FIRST_EMITTER && c < FIRST_EMITTER + EMITTERS)
     {
       Gradient g = GradientAlong(part, ivec3(cell), corners, w, vec3(0.0));
       SetDifference(
@@ -47,7 +47,11 @@ Values ValuesAt(BrickView view, int level, float t)
 // for the rest of the extinction the mean opacity.
 float MeanOfHalfStep(Point a, Point b, int e)
 {
+#if TERAVOX_PLANE
+  precise float mean = 0.5 * (a.left[e] + b.left[e]);
+#else
   precise float mean = MeanExtinction(a.s[e], b.s[e]);
+#endif
 #if TERAVOX_GRADIENT_OPACITY
   precise float unseen = mean - 0.5 * (a.s[e].s + b.s[e].s);
   mean = max(0.5 * (a.left[e] + b.left[e]) +

@@ -1,10 +1,14 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
 // Voxels with several components: where each of them lies in the atlas, and its tables. Those with
-// an opacity emit: each of independent ones, the last of dependent ones.
+// an opacity emit: each of independent ones, the last of dependent ones, the first of two that have
+// one function, of which the second is the row.
 #if TERAVOX_COMPONENTS
 
-#if TERAVOX_DEPENDENT
+#if TERAVOX_PLANE
+const int FIRST_EMITTER = 0;
+const int EMITTERS = 1;
+#elif TERAVOX_DEPENDENT
 const int FIRST_EMITTER = TERAVOX_COMPONENTS - 1;
 const int EMITTERS = 1;
 #else
@@ -42,8 +46,7 @@ float PartPosition(int component, float valueHigh, float valueLow)
 
 Sample SamplePart(int component, float node)
 {
-  return SampleTable(
-    int(u_componentTable[component].x), u_componentTransfer[component].w, node);
+  return SampleTable(int(u_componentTable[component].x), u_componentTransfer[component].w, node);
 }
 
 vec3 PartColor(int component, float node)
@@ -75,8 +78,7 @@ float LargestLight()
 bool IsPartEmpty(int component, float from, float to)
 {
   return WeightOf(component) <= 0.0 ||
-    IsTableEmpty(
-      int(u_componentTable[component].y), u_componentTransfer[component].w, from, to);
+    IsTableEmpty(int(u_componentTable[component].y), u_componentTransfer[component].w, from, to);
 }
 
 // The same of all components with values between two data values, which may be rounded.
@@ -102,8 +104,7 @@ bool IsCellRangeEmpty(BrickView view, ivec3 at)
     int c = FIRST_EMITTER + e;
     vec2 range = CellRange(PartOf(view, c), at);
     empty = empty &&
-      (range.x > range.y ||
-        IsPartEmpty(c, PartNode(view, c, range.x), PartNode(view, c, range.y)));
+      (range.x > range.y || IsPartEmpty(c, PartNode(view, c, range.x), PartNode(view, c, range.y)));
   }
   return empty;
 }

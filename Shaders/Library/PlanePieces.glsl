@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: Teravox contributors
 // SPDX-License-Identifier: BSD-3-Clause
-// The integral through a cell of which value and gradient decide together, from the ends and the
-// middle of each piece. What may lie between these is bounded by the table's changes there.
+// The integral through a cell of which value and gradient decide together, or the values of two
+// components, from the ends and the middle of each piece. What may lie between these is bounded by
+// the table's changes there.
 #if TERAVOX_PLANE
 
 // Shares of what is seen that are taken as the error of a mean: of the deviation of the middle from
@@ -15,7 +16,9 @@ const float PLANE_KINK_WEIGHT = 0.25;
 struct PlacedSample
 {
   float node;
+#if !TERAVOX_COMPONENTS
   vec3 gradient; // in rows
+#endif
   float row;
   PlaneSample plain;
   vec3 color; // lit
@@ -30,7 +33,7 @@ float LargestChange(vec3 a, vec3 b)
   return max(d.x, max(d.y, d.z));
 }
 
-#if TERAVOX_SHADE
+#if TERAVOX_SHADE && !TERAVOX_COMPONENTS
 // Where there is a normal at both: the square of 1 - the cosine between them.
 float TurnedBetween(vec3 a, vec3 b)
 {
@@ -46,56 +49,76 @@ float MeanOfHalf(float outer, float middle, float other)
   return mean;
 }
 
-struct LineOfGradients
+// The line of a ray through a cell: where along it nodes and rows come from.
+#if TERAVOX_COMPONENTS
+#define PlaneLine ComponentLine
+#else
+struct PlaneLine
 {
+  vec4 cubic; // the field, in nodes of the transfer table
+  vec2 turns; // where that turns
   Gradient gradient;
   vec3 perVoxel;
   float begin; // depth
   float extent;
 };
-
-#if TERAVOX_SHADE
-PlacedSample SampleLine(vec4 cubic, LineOfGradients line, RayLight light, float u)
-#else
-PlacedSample SampleLine(vec4 cubic, LineOfGradients line, float u)
 #endif
+
+PlacedSample SampleLine(State state, PlaneLine line, float u)
 {
   PlacedSample p;
-  precise float node = Along(cubic, u);
+#if TERAVOX_COMPONENTS
+  p.node = Along(line.field[0], u);
+  p.row = max(Along(line.field[1], u), 0.0);
+#if TERAVOX_SHADE
+  vec3 difference = Along(line.slope[0], u);
+#endif
+#else
+  p.node = Along(line.cubic, u);
   vec3 difference = Along(line.gradient, u) * line.perVoxel;
   precise vec3 gradient = difference * u_gradient.xyz;
-  p.node = node;
   p.gradient = gradient;
   p.row = RowOf(gradient);
-  p.plain = SamplePlane(node, p.row);
+#endif
+  p.plain = SamplePlane(p.node, p.row);
   p.color = p.plain.color;
 #if TERAVOX_SHADE
   p.normal = NormalOf(difference);
-  p.color = LitColor(p.color, LightFrom(p.normal, light, line.begin + u * line.extent));
+  float at = line.begin + u * line.extent;
+#if TERAVOX_COMPONENTS
+  p.color = LitColor(p.color, LightOn(u_componentMaterial[0], p.normal, state.light, at));
+#else
+  p.color = LitColor(p.color, LightFrom(p.normal, state.light, at));
+#endif
 #endif
   return p;
 }
-#if TERAVOX_SHADE
-#define SAMPLE_LINE(u) SampleLine(cubic, line_, state.light, u)
-#else
-#define SAMPLE_LINE(u) SampleLine(cubic, line_, u)
-#endif
 
-void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWalk walk,
-  VisitedCell visited, CellLine line)
+// The rows that a piece may meet.
+vec2 RowsBetween(PlaneLine line, PlacedSample a, PlacedSample m, PlacedSample b, float u, float to)
 {
-  vec4 cubic = line.cubic;
-  vec2 turns = line.turns;
-  float length_ = (walk.t - visited.begin) * ray.world;
-  COUNT(evaluated, true);
-  COUNT(gradients, true);
-  LineOfGradients line_ = LineOfGradients(
-    GradientAlong(view, ivec3(visited.cell), visited.corners, line.begin, line.along),
-    view.scale / vec3(u_levelFactor[level].xyz), visited.begin, walk.t - visited.begin);
-#if TERAVOX_COUNT
-  float before = state.transmittance;
+  vec2 rows = vec2(min(a.row, min(m.row, b.row)), max(a.row, max(m.row, b.row)));
+#if TERAVOX_COMPONENTS
+  // As GradientBend().
+  vec4 f = line.field[1];
+  float size = to - u;
+  float bend = max(abs(f.z + 3.0 * f.w * u), abs(f.z + 3.0 * f.w * to)) * (0.0625 * size * size);
+#else
+  rows.x = min(LeastBetween(a.gradient, m.gradient), LeastBetween(m.gradient, b.gradient));
+  float bend = GradientBend(line.gradient, line.perVoxel * u_gradient.xyz, u, to);
 #endif
-  PlacedSample a = SAMPLE_LINE(0.0);
+  return clamp(vec2(rows.x - bend, rows.y + bend), 0.0, u_gradient.w);
+}
+
+// `length_`: of the line, world units.
+void IntegratePlane(inout State state, PlaneLine line, float length_)
+{
+#if TERAVOX_COMPONENTS
+  vec2 turns = line.turns[0];
+#else
+  vec2 turns = line.turns;
+#endif
+  PlacedSample a = SampleLine(state, line, 0.0);
   float u = 0.0;
   float size = 1.0;
   // Of the smallest pieces there are 512, and each may have been tried as a part of larger ones.
@@ -108,19 +131,20 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
     float to = min(u + size, 1.0);
     to = turns.x > u && turns.x < to ? turns.x : to;
     to = turns.y > u && turns.y < to ? turns.y : to;
-    PlacedSample m = SAMPLE_LINE(0.5 * (u + to));
-    PlacedSample b = SAMPLE_LINE(to);
+    PlacedSample m = SampleLine(state, line, 0.5 * (u + to));
+    PlacedSample b = SampleLine(state, line, to);
     // Where the ends see nothing there is nothing, as for those who skip it.
+#if TERAVOX_COMPONENTS
+    bool empty = IsPartEmpty(0, min(a.node, b.node), max(a.node, b.node));
+#else
     bool empty = IsEmptyBetween(min(a.node, b.node), max(a.node, b.node));
+#endif
     vec3 s = empty ? vec3(0.0) : vec3(a.plain.s, m.plain.s, b.plain.s);
     float least = min(s.x, min(s.y, s.z));
     float largest = max(s.x, max(s.y, s.z));
-    float bend = GradientBend(line_.gradient, line_.perVoxel * u_gradient.xyz, u, to);
-    float low = min(LeastBetween(a.gradient, m.gradient), LeastBetween(m.gradient, b.gradient));
-    float high = max(a.row, max(m.row, b.row));
     vec2 columns = vec2(ColumnOf(a.node), ColumnOf(b.node));
     vec2 reach = PlaneReach(vec2(min(columns.x, columns.y), max(columns.x, columns.y)),
-      clamp(vec2(low - bend, high + bend), 0.0, u_gradient.w));
+      RowsBetween(line, a, m, b, u, to));
     float unseen = empty ? 0.0 : max(reach.x - (largest - least), 0.0);
     float off = abs(s.y - 0.5 * (s.x + s.z));
     precise float pieceLength = (to - u) * length_;
@@ -136,8 +160,7 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
     float most = largest + unseen;
     float varied = (most - least) / max(most, 1.0e-30);
     float thick = min(depth * (1.0 / OPAQUE_DEPTH), 1.0);
-    float uneven =
-      min((0.25 * off + PLANE_UNSEEN_WEIGHT * unseen) / max(largest, 1.0e-30), 1.0);
+    float uneven = min((0.25 * off + PLANE_UNSEEN_WEIGHT * unseen) / max(largest, 1.0e-30), 1.0);
     float place = max(OPAQUE_PLACE * thick * thick + uneven, FrontError(depth, varied));
     float step_ = max(LargestChange(a.color, m.color), LargestChange(m.color, b.color));
     float sag = LargestChange(m.color, mix(a.color, b.color, 0.5));
@@ -152,8 +175,8 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
 #endif
     float gained = state.transmittance * opacity;
     float change = (PLANE_BEND_WEIGHT * off + PLANE_UNSEEN_WEIGHT * unseen) * pieceLength;
-    float error = state.transmittance * LostOpacity(depth, opacity, change) +
-      gained * min(shift, 1.0);
+    float error =
+      state.transmittance * LostOpacity(depth, opacity, change) + gained * min(shift, 1.0);
     state.steps += 1u;
     if (error > u_step.y * gained + u_step.w && to - u > SMALLEST_PIECE)
     {
@@ -174,6 +197,24 @@ void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWa
       break;
     }
   }
+}
+
+#if !TERAVOX_COMPONENTS
+void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWalk walk,
+  VisitedCell visited, CellLine line)
+{
+  COUNT(evaluated, true);
+  COUNT(gradients, true);
+#if TERAVOX_COUNT
+  float before = state.transmittance;
+#endif
+  float extent = walk.t - visited.begin;
+  IntegratePlane(state,
+    PlaneLine(line.cubic, line.turns,
+      GradientAlong(view, ivec3(visited.cell), visited.corners, line.begin, line.along),
+      view.scale / vec3(u_levelFactor[level].xyz), visited.begin, extent),
+    extent * ray.world);
   COUNT(contributing, state.transmittance < before);
 }
+#endif
 #endif

@@ -21,6 +21,18 @@ void TakeValue(inout State state, int component, float node, float length_)
 void ProjectConstant(inout State state, Ray ray, vec2 value, float t0, float t1)
 {
   state.steps += 1u;
+#if TERAVOX_DEPENDENT
+  float nodes[TERAVOX_COMPONENTS];
+  for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
+  {
+    nodes[c] = PartPosition(c, value.x, value.y);
+  }
+  if (t1 > t0)
+  {
+    TakeDependent(SignedNode(nodes[LAST_COMPONENT]), nodes);
+  }
+  return;
+#endif
   for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
   {
     if (t1 > t0 && WeightOf(c) > 0.0)
@@ -41,6 +53,24 @@ void TakeVoxel(
     return;
   }
 #endif
+#if TERAVOX_DEPENDENT
+  float nodes[TERAVOX_COMPONENTS];
+  bool all_ = true;
+  for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
+  {
+    float texel = Voxel(PartOf(view, c), voxel);
+    nodes[c] = PartNode(view, c, texel);
+#if TERAVOX_FLOAT_DATA
+    all_ = all_ && !isnan(texel);
+#endif
+  }
+  if (all_)
+  {
+    TakeDependent(SignedNode(nodes[LAST_COMPONENT]), nodes);
+  }
+  COUNT(contributing, all_);
+  return;
+#endif
   for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
   {
     float texel = Voxel(PartOf(view, c), voxel);
@@ -57,6 +87,56 @@ void TakeVoxel(
 }
 #else
 
+vec4 FieldOf(BrickView view, int component, Corners k, vec3 w0, vec3 dw)
+{
+  vec4 cubic = CubicAlong(k, w0, dw) * view.parts[component].x;
+  cubic.x += view.parts[component].y;
+  return cubic * u_componentTransfer[component].z;
+}
+
+#if TERAVOX_DEPENDENT
+void IntegrateCell(
+  inout State state, Ray ray, BrickView view, int level, CellWalk walk, VisitedCell visited)
+{
+  precise vec3 w0 = (walk.first + visited.begin * view.direction) - visited.cell;
+  precise vec3 dw = (walk.t - visited.begin) * view.direction;
+  Corners k = visited.corners[LAST_COMPONENT];
+  vec4 cubic = FieldOf(view, LAST_COMPONENT, k, w0, dw);
+  vec2 turns = TurnsOf(cubic);
+#if TERAVOX_BLEND == BLEND_MAXIMUM
+  float sign_ = 1.0;
+#else
+  float sign_ = -1.0;
+#endif
+  // The first place with the best value.
+  float where = 0.0;
+  float best = sign_ * cubic.x;
+  vec3 places = vec3(turns, 1.0);
+  for (int i = 0; i < 3; ++i)
+  {
+    float there = sign_ * Along(cubic, places[i]);
+    where = there > best ? places[i] : where;
+    best = max(best, there);
+  }
+  // Values lie between the corners', whatever rounding does.
+  float a = sign_ * PartNode(view, LAST_COMPONENT, min(SmallestOf(k.near), SmallestOf(k.far)));
+  float b = sign_ * PartNode(view, LAST_COMPONENT, max(LargestOf(k.near), LargestOf(k.far)));
+  best = ExtremeOf(LAST_COMPONENT, clamp(best, min(a, b), max(a, b)));
+  float nodes[TERAVOX_COMPONENTS];
+  bool all_ = true;
+  for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
+  {
+    nodes[c] = Along(FieldOf(view, c, visited.corners[c], w0, dw), where);
+#if TERAVOX_FLOAT_DATA
+    all_ = all_ && HasValues(visited.corners[c]);
+#endif
+  }
+  if (all_)
+  {
+    TakeDependent(best, nodes);
+  }
+}
+#else
 void IntegrateCell(
   inout State state, Ray ray, BrickView view, int level, CellWalk walk, VisitedCell visited)
 {
@@ -69,9 +149,7 @@ void IntegrateCell(
 #if TERAVOX_FLOAT_DATA
     has = has && HasValues(k);
 #endif
-    vec4 cubic = CubicAlong(k, w0, dw) * view.parts[c].x;
-    cubic.x += view.parts[c].y;
-    cubic *= u_componentTransfer[c].z;
+    vec4 cubic = FieldOf(view, c, k, w0, dw);
     vec2 turns = TurnsOf(cubic);
 #if TERAVOX_BLEND == BLEND_MAXIMUM || TERAVOX_BLEND == BLEND_MINIMUM
     vec4 ends =
@@ -97,5 +175,6 @@ void IntegrateCell(
 #endif
   }
 }
+#endif
 #endif
 #endif

@@ -3,6 +3,7 @@
 #include "AtlasPlan.h"
 #include "BrickTexels.h"
 #include "Components.h"
+#include "JoinedBrickSource.h"
 #include "ScalarBrickSource.h"
 
 #include <cmath>
@@ -102,6 +103,100 @@ TEST(ScalarBrickSource, ComputesMagnitudesInsideTheirRanges)
     EXPECT_FALSE(ranges[4].IsKnown());
     EXPECT_TRUE(ranges[5].IsSingle());
   }
+}
+
+namespace
+{
+std::shared_ptr<BrickSource> OneOf(ScalarType type, int component)
+{
+  return std::make_shared<ScalarBrickSource>(std::make_shared<ThreeComponents>(type), component);
+}
+} // namespace
+
+TEST(JoinedBrickSource, HoldsTheValuesOfBoth)
+{
+  struct Case
+  {
+    ScalarType First;
+    ScalarType Second;
+    ScalarType Both;
+  };
+  for (const Case& c : { Case{ ScalarType::UInt8, ScalarType::UInt8, ScalarType::UInt8 },
+         Case{ ScalarType::UInt8, ScalarType::Int16, ScalarType::Float32 },
+         Case{ ScalarType::Float32, ScalarType::UInt16, ScalarType::Float32 },
+         Case{ ScalarType::Int32, ScalarType::UInt8, ScalarType::Float64 },
+         Case{ ScalarType::Int32, ScalarType::Int32, ScalarType::Int32 },
+         Case{ ScalarType::Float32, ScalarType::Float64, ScalarType::Float64 } })
+  {
+    const auto made = JoinedBrickSource::Make(OneOf(c.First, 0), OneOf(c.Second, 1));
+    ASSERT_TRUE(made) << made.GetStatus().Message();
+    BrickSource& source = *made.Value();
+    EXPECT_EQ(source.Info().Type, c.Both);
+    EXPECT_EQ(source.Info().Components, 2);
+    const BrickPointer brick = source.ReadBrick({}).Value();
+    ASSERT_EQ(brick->Components, 2);
+    ASSERT_EQ(brick->Voxels.size(), 2 * 8000 * SizeOf(c.Both));
+    DispatchScalarType(c.Both,
+      [&](auto zero)
+      {
+        const auto* voxels = reinterpret_cast<const decltype(zero)*>(brick->Voxels.data());
+        for (int i = 0; i < 8000; ++i)
+        {
+          ASSERT_EQ(static_cast<double>(voxels[2 * i]), i % 5);
+          ASSERT_EQ(static_cast<double>(voxels[2 * i + 1]), 2 * (i % 5));
+        }
+      });
+  }
+}
+
+namespace
+{
+// Its ranges are others.
+class OtherRanges final : public BrickSourceAdapter
+{
+public:
+  explicit OtherRanges(std::shared_ptr<BrickSource> source)
+    : BrickSourceAdapter(std::move(source))
+  {
+    this->Info_.Range = { 0, 100 };
+  }
+  Result<BrickPointer> ReadBrick(const BrickKey& key) override
+  {
+    return this->Source->ReadBrick(key);
+  }
+  Result<std::vector<ValueRange>> ReadRanges(const BrickKey&, const Int3&) override
+  {
+    return std::vector<ValueRange>{ { 0, 100 }, ValueRange::Void(), { 1, 2 }, { 1, 2 }, { 5, 5 },
+      { 3, 8 } };
+  }
+};
+} // namespace
+
+TEST(JoinedBrickSource, RangesAreThoseOfTheFirst)
+{
+  const auto first = OneOf(ScalarType::Int16, 0);
+  const auto second = std::make_shared<OtherRanges>(first);
+  BrickSource& source = *JoinedBrickSource::Make(first, second).Value();
+  EXPECT_EQ(source.Info().Range, (ValueRange{ -12, 100 }));
+  EXPECT_EQ(source.Info().ComponentRanges, (std::vector<ValueRange>{ { -12, 8 }, { 0, 100 } }));
+  const std::vector<ValueRange> ranges = source.ReadRanges({}, { 6, 1, 1 }).Value();
+  EXPECT_EQ(ranges[0], (ValueRange{ -12, 8 }));
+  EXPECT_TRUE(ranges[1].IsVoid()); // the second has no values there
+  EXPECT_EQ(ranges[2], (ValueRange{ -5, -1 }));
+  EXPECT_TRUE(ranges[3].IsVoid());
+  EXPECT_FALSE(ranges[4].IsKnown());
+  // One value of the first isn't one of both, unless that is the same.
+  EXPECT_FALSE(ranges[5].IsSingle());
+  EXPECT_EQ(ranges[5].Min, 7);
+  BrickSource& same = *JoinedBrickSource::Make(first, first).Value();
+  EXPECT_EQ(same.ReadRanges({}, { 6, 1, 1 }).Value()[5], (ValueRange{ 7, 7 }));
+}
+
+TEST(JoinedBrickSource, RefusesWhatDoesntFit)
+{
+  const auto three = std::make_shared<ThreeComponents>(ScalarType::Int16);
+  const auto components = JoinedBrickSource::Make(OneOf(ScalarType::Int16, 0), three);
+  EXPECT_EQ(components.GetStatus().Code(), StatusCode::InvalidArgument);
 }
 
 TEST(BrickTexels, ConvertsEachComponentByItself)

@@ -652,7 +652,7 @@ TEST(ComponentBlend, OthersWarn)
     vtkNew<MessageRecorder> warnings;
     stage.Mapper->AddObserver(vtkCommand::WarningEvent, warnings);
     stage.Mapper->SetBlendMode(
-      dependent ? vtkVolumeMapper::MAXIMUM_INTENSITY_BLEND : vtkVolumeMapper::SLICE_BLEND);
+      dependent ? vtkVolumeMapper::AVERAGE_INTENSITY_BLEND : vtkVolumeMapper::SLICE_BLEND);
     EXPECT_TRUE(AreImagesIdentical(stage.Draw(), composite));
     ASSERT_EQ(warnings->Messages.size(), 1u);
     EXPECT_NE(warnings->Messages[0].find("BlendMode with components"), std::string::npos);

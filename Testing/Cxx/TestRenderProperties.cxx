@@ -78,6 +78,11 @@ vtkSmartPointer<vtkImageData> Mask()
   return MakeImage(options, [](double x, double, double) { return x > 0.5 ? 1.0 : 0.0; });
 }
 
+std::array<double, 4> ByBoth(double value, double second)
+{
+  return { second, value, 0.5, 0.2 * value * second };
+}
+
 std::vector<Property> Properties()
 {
   using M = vtkGPUVolumeRayCastMapper;
@@ -131,7 +136,19 @@ std::vector<Property> Properties()
     { "ReportProgress", [](Stage& s) { s.Mapper->SetReportProgress(false); } },
     { "ColorRangeType", [](Stage& s) { s.Mapper->SetColorRangeType(M::NATIVE); } },
     { "ScalarOpacityRangeType", [](Stage& s) { s.Mapper->SetScalarOpacityRangeType(M::NATIVE); } },
-    { "Transfer2DYAxisArray", [](Stage& s) { s.Mapper->SetTransfer2DYAxisArray("scalars"); } },
+    { "Transfer2DYAxisArray",
+      [](Stage& s)
+      {
+        s.SetTransferImage(8, 8, ByBoth);
+        s.Mapper->SetTransfer2DYAxisArray("other");
+      } },
+    { "Transfer2DYAxisArray of the image",
+      [](Stage& s)
+      {
+        s.SetTransferImage(8, 8, ByBoth);
+        s.Mapper->SetTransfer2DYAxisArray(
+          s.Mapper->GetInput()->GetPointData()->GetScalars()->GetName());
+      } },
     { "AverageIPScalarRange",
       [](Stage& s)
       {

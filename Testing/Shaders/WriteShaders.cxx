@@ -88,6 +88,8 @@ int main(int argc, char* argv[])
         ShaderVariant variant;
         variant.Components = components;
         ok = Write(folder, file.first, variant) && ok;
+        variant.Dependent = components != 3;
+        ok = (!variant.Dependent || Write(folder, file.first, variant)) && ok;
       }
     }
     if (file.first == "Intervals.frag")

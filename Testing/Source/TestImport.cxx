@@ -68,7 +68,8 @@ Result<Reader> OpenImage(const std::string& name)
   TIFFStack::Request request;
   std::copy_if(files.begin(), files.end(), std::back_inserter(request.Files),
     [](const std::string& file) { return EndsWith(file, ".tif"); });
-  return TIFFStack::Open(request);
+  std::vector<std::string> others;
+  return TIFFStack::Open(request, others);
 }
 
 TEST(Import, EveryFormatGivesItsVoxelsAndTheirPlace)
@@ -131,11 +132,14 @@ TEST(Import, WhatCantBeReadIsNamed)
   expect("axes.mrc", StatusCode::Corrupt, "along axes 1, 2 and 2");
   expect("flat.mrc", StatusCode::Corrupt, "angles 90.000000, 90.000000 and 180");
   expect("text.mrc", StatusCode::Corrupt, "isn't an MRC file");
-  expect("apart.ome.tif", StatusCode::InvalidArgument, "in other files, such as 'first.ome.tif'");
+  expect("apart.ome.tif", StatusCode::NotFound, "has slice 0 in 'first.ome.tif'");
+  expect("lost.ome.tif", StatusCode::Corrupt, "second.ome.tif");
   expect("short.ome.tif", StatusCode::Corrupt, "no page 4, where its OME-XML says slice 4");
   expect("axes.ome.tif", StatusCode::Corrupt, "DimensionOrder");
   expect("broken.ome.tif", StatusCode::Corrupt, "OME-XML that is damaged");
-  expect("empty.ome.tif", StatusCode::InvalidArgument, "described by 'all.companion.ome'");
+  expect("empty.ome.tif", StatusCode::NotFound, "absent.companion.ome");
+  expect(
+    "damaged.ome.tif", StatusCode::Corrupt, "damaged.companion.ome' has OME-XML that is damaged");
   const auto volume = ReadMRCHeader(files->File("volumes.mrcs"), 3);
   EXPECT_EQ(volume.GetStatus().Code(), StatusCode::InvalidArgument);
   const auto time = ReadNIfTIHeader(files->File("series.nii"), 2);
@@ -279,7 +283,8 @@ TEST(Import, ChannelsTimesAndSeriesAreChosen)
   request.Files = { files->File("imagej.tif") };
   request.Channel = 1;
   request.TimePoint = 1;
-  const auto stack = TIFFStack::Open(request);
+  std::vector<std::string> others;
+  const auto stack = TIFFStack::Open(request, others);
   ASSERT_TRUE(stack.Ok()) << stack.GetStatus().Message();
   const std::vector<std::byte> pages = files->Array("stack");
   const std::size_t page = std::size_t{ 47 } * 33 * 2;
@@ -287,14 +292,34 @@ TEST(Import, ChannelsTimesAndSeriesAreChosen)
   ASSERT_TRUE(stack.Value()->ReadBox({ 0, 0, 2 }, { 47, 33, 1 }, read.data()).Ok());
   EXPECT_EQ(std::memcmp(read.data(), pages.data() + 11 * page, page), 0);
   request.Channel = 2;
-  EXPECT_EQ(TIFFStack::Open(request).GetStatus().Code(), StatusCode::InvalidArgument);
+  EXPECT_EQ(TIFFStack::Open(request, others).GetStatus().Code(), StatusCode::InvalidArgument);
   request.Files = { files->File("pages.ome.tif") };
-  const auto listed = TIFFStack::Open(request);
+  const auto listed = TIFFStack::Open(request, others);
   ASSERT_TRUE(listed.Ok()) << listed.GetStatus().Message();
   ASSERT_TRUE(listed.Value()->ReadBox({ 0, 0, 3 }, { 47, 33, 1 }, read.data()).Ok());
   EXPECT_EQ(std::memcmp(read.data(), files->Array("pages_2_1").data() + 3 * page, page), 0);
   request.Channel = 3;
-  EXPECT_EQ(TIFFStack::Open(request).GetStatus().Code(), StatusCode::InvalidArgument);
+  EXPECT_EQ(TIFFStack::Open(request, others).GetStatus().Code(), StatusCode::InvalidArgument);
+  EXPECT_TRUE(others.empty());
+
+  // Slices in two files, by the XML of either, and by a companion's.
+  request.Channel = 2;
+  for (const char* name :
+    { "first.part.ome.tif", "second.part.ome.tif", "first.only.ome.tif", "second.only.ome.tif" })
+  {
+    request.Files = { files->File(name) };
+    const auto parts = TIFFStack::Open(request, others);
+    ASSERT_TRUE(parts.Ok()) << parts.GetStatus().Message();
+    EXPECT_EQ(others.size(), std::string(name).find("only") == std::string::npos ? 1u : 2u);
+    for (std::int64_t z = 0; z < 4; ++z)
+    {
+      ASSERT_TRUE(parts.Value()->ReadBox({ 0, 0, z }, { 47, 33, 1 }, read.data()).Ok());
+      EXPECT_EQ(std::memcmp(read.data(),
+                  files->Array("pages_2_1").data() + static_cast<std::size_t>(z) * page, page),
+        0)
+        << name << ", " << z;
+    }
+  }
 
   DICOMSeries::Request series;
   series.Files = FilesIn(files->File("two"));

@@ -189,12 +189,31 @@ listed("renamed.ome.tif", a[0, 0])
 keep(folder, "pages_2_1", a[1, 2])
 put("colours.ome.tif", tiff(colours((4, 33, 47), "u1", 3), description=ome("XYCZT", (1, 3, 4))))
 listed("colours.ome.tif", colours((4, 33, 47), "u1", 3))
-put("apart.ome.tif", tiff(a[0, 0], description=ome("XYZCT", a.shape, where.replace("pages.", "first.", 1).replace(
-    "pages.", "apart."))))
+# In several files: plane n is page n // 2 of the first or the second, by turns; the names may have a folder before them.
+def parted(*names):
+    return "".join(f'<TiffData FirstT="{t}" FirstC="{k}" FirstZ="{z}" IFD="{(t * 12 + k * 4 + z) // 2}" PlaneCount="1">'
+                   f'<UUID FileName="{names[z % 2]}">urn:uuid:{z % 2}</UUID></TiffData>' for t, k, z in np.ndindex(2, 3, 4))
+
+
+planes = a.reshape(24, 33, 47)
+parts = ome("XYZCT", a.shape, parted("first.part.ome.tif", "D:\\data\\second.part.ome.tif"), sizes)
+for number, part in enumerate(("first", "second")):
+    put(f"{part}.part.ome.tif", tiff(planes[number::2], description=parts))
+    listed(f"{part}.part.ome.tif", a[0, 0], spacing=(0.25, 0.5, 1.5))
+    put(f"{part}.only.ome.tif", tiff(planes[number::2], description='<OME><BinaryOnly MetadataFile="all.companion.ome"/></OME>'))
+    listed(f"{part}.only.ome.tif", a[0, 0])
+put("all.companion.ome", ome("XYZCT", a.shape, parted("first.only.ome.tif", "second.only.ome.tif")).encode())
+put("apart.ome.tif", tiff(a[0, 0], description=ome("XYZCT", a.shape, parted("first.ome.tif", "apart.ome.tif"))))
+put("second.ome.tif", tiff(a[0, 0, :1]))
+lost = "".join(f'<TiffData FirstZ="{z}" IFD="{z // 2}" PlaneCount="1"><UUID FileName="{name}.ome.tif">urn:uuid:1</UUID>'
+               f'</TiffData>' for z, name in enumerate(("lost", "second") * 2))
+put("lost.ome.tif", tiff(a[0, 0], description=ome("XYZCT", (1, 1, 4), lost)))
+put("damaged.ome.tif", tiff(a[0, 0], description='<OME><BinaryOnly MetadataFile="damaged.companion.ome"/></OME>'))
+put("damaged.companion.ome", parts[:-30].encode())
 put("short.ome.tif", tiff(a[0, 0], description=ome("XYZCT", (1, 1, 5))))
 put("axes.ome.tif", tiff(a[0, 0], description=ome("XYZZT", (1, 1, 4))))
 put("broken.ome.tif", tiff(a[0, 0], description=ome("XYZCT", (1, 1, 4))[:-30]))
-put("empty.ome.tif", tiff(a[0, 0], description='<OME><BinaryOnly MetadataFile="all.companion.ome"/></OME>'))
+put("empty.ome.tif", tiff(a[0, 0], description='<OME><BinaryOnly MetadataFile="absent.companion.ome"/></OME>'))
 
 # MRC: the place of the first voxel is ORIGIN or NXSTART; axes of the cell in any order, at any angles.
 for seed, dtype in enumerate(("i1", "i2", "u2", "f4", "f2")):

@@ -119,7 +119,9 @@ ComponentTruth::ComponentTruth(Stage& stage, const std::shared_ptr<BrickSource>&
   : Width(stage.Width())
 {
   const int components = source->Info().Components;
-  this->Scene_.Dependent = stage.Property->GetIndependentComponents() == 0;
+  const bool byImage =
+    stage.Property->GetTransferFunctionMode() == vtkVolumeProperty::TF_2D && components == 2;
+  this->Scene_.Dependent = !byImage && stage.Property->GetIndependentComponents() == 0;
   this->Scene_.FullColor = DispatchScalarType(source->Info().Type,
     [](auto zero)
     {
@@ -129,10 +131,21 @@ ComponentTruth::ComponentTruth(Stage& stage, const std::shared_ptr<BrickSource>&
   for (int c = 0; c < components; ++c)
   {
     this->Scalars.push_back(std::make_shared<ScalarBrickSource>(source, c));
-    this->Parts.push_back(std::make_unique<StageTruth>(
-      stage, *this->Scalars.back(), 1, VoxelAccess::Whole, this->Scene_.Dependent ? 0 : c));
+    this->Parts.push_back(std::make_unique<StageTruth>(stage, *this->Scalars.back(), 1,
+      VoxelAccess::Whole, byImage || this->Scene_.Dependent ? 0 : c));
     this->Scene_.Parts.push_back(&this->Parts.back()->Scene());
     this->Scene_.Weights.push_back(stage.Property->GetComponentWeight(c));
+  }
+  if (byImage)
+  {
+    const ValueRange& rows = this->Scalars[1]->Info().Range;
+    this->Image = ImageOf(stage.Property, this->Scalars[0]->Info(), rows.Max - rows.Min);
+    this->Scene_.Image = this->Image.get();
+    const int count = stage.Property->GetTransferFunction2D()->GetDimensions()[1];
+    for (int row = 0; row < count; ++row)
+    {
+      this->Scene_.Rows.push_back(rows.Min + (rows.Max - rows.Min) * row / std::max(count - 1, 1));
+    }
   }
 }
 

@@ -65,6 +65,7 @@ void SetComponentTransfer(Stage& stage, const std::vector<OpacityShape>& shapes,
   double high, double unitDistance);
 
 /// The truth of what a stage shows of a source with several components; both have to outlive it.
+/// Of two components with a function of two dimensions: by that, over both.
 class ComponentTruth
 {
 public:
@@ -79,6 +80,7 @@ public:
 private:
   std::vector<std::shared_ptr<BrickSource>> Scalars;
   std::vector<std::unique_ptr<StageTruth>> Parts;
+  std::unique_ptr<TruthImage> Image;
   TruthComponents Scene_;
   int Width;
 };

@@ -72,13 +72,23 @@ TruthColor Premultiplied(const TruthScene& scene, double value)
 }
 
 // Of many places, the best ones made better by golden section.
-double ExtremeAlong(const RayOfTruth& ray, double sign)
+TruthExtreme PlaceOfExtreme(const RayOfTruth& ray, double sign)
 {
   double best = -std::numeric_limits<double>::infinity();
+  TruthExtreme found{ None };
   const bool nearest = ray.Scene.Volume.Interpolation() == TruthInterpolation::Nearest;
   ray.Sample(ray.Fine(8),
     [&](int level, double depth, double step)
     {
+      const auto take = [&](double at)
+      {
+        const double value = sign * ray.Field(level, at);
+        if (value > best) // NaN isn't
+        {
+          best = value;
+          found = { sign * value, level, at };
+        }
+      };
       const double here = sign * ray.Field(level, depth);
       if (std::isnan(here))
       {
@@ -88,7 +98,9 @@ double ExtremeAlong(const RayOfTruth& ray, double sign)
       {
         double a = depth - 0.5 * step;
         double b = depth + 0.5 * step;
-        best = std::max({ best, here, sign * ray.Field(level, a), sign * ray.Field(level, b) });
+        take(a);
+        take(depth);
+        take(b);
         for (int i = 0; i < 20; ++i)
         {
           const double u = a + 0.382 * (b - a);
@@ -96,12 +108,16 @@ double ExtremeAlong(const RayOfTruth& ray, double sign)
           (sign * ray.Field(level, u) > sign * ray.Field(level, v) ? b : a) =
             sign * ray.Field(level, u) > sign * ray.Field(level, v) ? v : u;
         }
-        const double top = sign * ray.Field(level, 0.5 * (a + b));
-        best = std::isnan(top) ? best : std::max(best, top);
+        take(0.5 * (a + b));
       }
-      best = std::max(best, here);
+      take(depth);
     });
-  return std::isfinite(best) ? sign * best : None;
+  return found;
+}
+
+double ExtremeAlong(const RayOfTruth& ray, double sign)
+{
+  return PlaceOfExtreme(ray, sign).Value;
 }
 
 TruthSum SumAlong(const RayOfTruth& ray, const ValueRange& data, const double* range)

@@ -34,7 +34,14 @@ public:
 /// What the transfer function makes of a value; nothing of NaN.
 TruthColor Premultiplied(const TruthScene& scene, double value);
 
-/// The largest (sign 1) or least (-1) value, NaN if there is none.
+/// The largest (sign 1) or least (-1) value, NaN if there is none; and the first place that has it.
+struct TruthExtreme
+{
+  double Value;
+  int Level = 0;
+  double Depth = 0;
+};
+TruthExtreme PlaceOfExtreme(const RayOfTruth& ray, double sign);
 double ExtremeAlong(const RayOfTruth& ray, double sign);
 
 /// The integral over length of opacity times value, values from 0 to 1 over `data`, where values

@@ -429,7 +429,10 @@ std::unique_ptr<TruthGradientOpacity> GradientOpacityOf(
     std::move(bends), info.Spacing);
 }
 
-std::unique_ptr<TruthImage> ImageOf(vtkVolumeProperty* property, const VolumeInfo& info)
+} // namespace
+
+std::unique_ptr<TruthImage> ImageOf(
+  vtkVolumeProperty* property, const VolumeInfo& info, double last)
 {
   vtkImageData* image = property->GetTransferFunction2D();
   std::vector<TruthImage::Node> nodes;
@@ -438,10 +441,8 @@ std::unique_ptr<TruthImage> ImageOf(vtkVolumeProperty* property, const VolumeInf
     image->GetPointData()->GetScalars()->GetTuple(i, nodes.emplace_back().data());
   }
   return std::make_unique<TruthImage>(image->GetDimensions()[0], std::move(nodes), info.Range.Min,
-    info.Range.Max, 0.25 * (info.Range.Max - info.Range.Min),
-    property->GetScalarOpacityUnitDistance(), info.Spacing);
+    info.Range.Max, last, property->GetScalarOpacityUnitDistance(), info.Spacing);
 }
-} // namespace
 
 StageTruth::StageTruth(
   Stage& stage, BrickSource& source, double scaleOfLengths, VoxelAccess access, int component)
@@ -527,7 +528,7 @@ void StageTruth::Build(Stage& stage, const VolumeInfo& info, std::vector<TruthLe
   }
   if (stage.Property->GetTransferFunctionMode() == vtkVolumeProperty::TF_2D)
   {
-    this->Image = ImageOf(stage.Property, info);
+    this->Image = ImageOf(stage.Property, info, 0.25 * (info.Range.Max - info.Range.Min));
     this->Scene_->Image = this->Image.get();
   }
   if (vtkPlaneCollection* planes = stage.Mapper->GetClippingPlanes())
@@ -809,7 +810,8 @@ std::shared_ptr<BrickSource> SourceOfImage(vtkImageData* image, int brickSize, b
   {
     double range[2];
     scalars->GetRange(range, c);
-    array.Range.Include({ range[0], range[1] });
+    array.ComponentRanges.push_back({ range[0], range[1] });
+    array.Range.Include(array.ComponentRanges.back());
   }
   auto source = ArrayBrickSource::Make(array);
   return source ? std::shared_ptr<BrickSource>(source.Value()) : nullptr;

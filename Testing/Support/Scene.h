@@ -133,6 +133,10 @@ struct TruthBounds
 std::vector<float> TakePixels(
   const std::vector<float>& picture, int width, const std::vector<TruthPixel>& pixels);
 
+/// The truth of a property's 2-D function over the range of `info`; its last row is at `last`.
+std::unique_ptr<TruthImage> ImageOf(
+  vtkVolumeProperty* property, const VolumeInfo& info, double last);
+
 /// The truth of what a stage shows, from the levels that a brick source delivers. Holds everything
 /// that a TruthScene refers to.
 class StageTruth

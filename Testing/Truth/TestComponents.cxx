@@ -161,3 +161,98 @@ TEST(TruthComponents, SeveralAreTheLimitOfVTKsFormula)
     }
   }
 }
+
+namespace
+{
+// A function over both components of a fixture, with walls of a share of its nodes.
+struct OverBoth
+{
+  OverBoth(Fixture& f, bool rows, bool walls)
+    : Image(5, Nodes(rows, walls), -1.2, 1.5, 2.5, f.Transfers[0]->UnitDistance(), { 1, 1, 1 })
+  {
+    f.All.Image = &this->Image;
+    f.All.Rows = { -1, -0.375, 0.25, 0.875, 1.5 };
+  }
+  static std::vector<TruthImage::Node> Nodes(bool rows, bool walls)
+  {
+    std::vector<TruthImage::Node> nodes;
+    for (int row = 0; row < 5; ++row)
+    {
+      const double y = rows ? row : 2;
+      for (int column = 0; column < 5; ++column)
+      {
+        const double opacity = column == 0 ? 0 : 0.08 * column * (1 + y) * (column == 3 ? 0.1 : 1);
+        nodes.push_back({ 0.2 * column, 1 - 0.2 * y, 0.1 * column * y / 2,
+          walls && column > 2 && y > 1 ? 1 : std::min(opacity, 0.9) });
+      }
+    }
+    return nodes;
+  }
+  TruthImage Image;
+};
+} // namespace
+
+// Where all rows are alike, the second component makes no difference.
+TEST(TruthComponents, AnImageOfEqualRowsIsAFunctionOfTheFirst)
+{
+  for (const auto interpolation : { TruthInterpolation::Linear, TruthInterpolation::Nearest })
+  {
+    Fixture f(2, interpolation);
+    const OverBoth both(f, false, true);
+    std::vector<TruthTransfer::AlphaNode> alpha;
+    std::vector<TruthTransfer::ColorNode> color;
+    for (int column = 0; column < 5; ++column)
+    {
+      const double value = -1.2 + 2.7 * column / 4;
+      const TruthImage::Node node = both.Image.At(value, 0);
+      alpha.push_back({ value, node[3] });
+      color.push_back({ value, { node[0], node[1], node[2] } });
+    }
+    *f.Transfers[0] = TruthTransfer::PiecewiseLinear(alpha, color, f.Transfers[0]->UnitDistance());
+    for (const TruthPixel& pixel : AllPixels(f.Camera))
+    {
+      const TruthColor one = IntegratePixel(*f.All.Parts[0], pixel.X, pixel.Y);
+      const TruthColor all = IntegrateComponents(f.All, pixel.X, pixel.Y);
+      for (std::size_t k = 0; k < 4; ++k)
+      {
+        EXPECT_NEAR(all[k], one[k], 1e-8) << pixel.X << ", " << pixel.Y;
+      }
+    }
+  }
+}
+
+TEST(TruthComponents, AnImageIsTheLimitOfSmallSteps)
+{
+  Fixture f(2);
+  const OverBoth both(f, true, false);
+  for (const TruthPixel& pixel : PixelBox(f.Camera, 3, 3, 2, 2))
+  {
+    const TruthColor exact = IntegrateComponents(f.All, pixel.X, pixel.Y);
+    const TruthRay ray = f.Camera.Ray(pixel.X, pixel.Y);
+    TruthColor sum{};
+    for (const TruthLevelSpan& span : LevelSpans(*f.All.Parts[0], pixel.X, pixel.Y))
+    {
+      const double begin = ray.LengthAtDepth(span.DepthBegin);
+      const double step = (ray.LengthAtDepth(span.DepthEnd) - begin) / 100000;
+      for (int i = 0; i < 100000; ++i)
+      {
+        const Double3 place =
+          TransformPoint(f.Volumes[0]->VoxelFromWorld(), ray.At(begin + (i + 0.5) * step));
+        const TruthImage::Node node =
+          both.Image.At(f.Volumes[0]->Field(0, place), f.Volumes[1]->Field(0, place) + 1);
+        const double a = 1 - std::pow(1 - node[3], step / f.Transfers[0]->UnitDistance());
+        const double left = 1 - sum[3];
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+          sum[k] += left * a * node[k];
+        }
+        sum[3] += left * a;
+      }
+    }
+    EXPECT_GT(exact[3], 0.3);
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+      EXPECT_NEAR(exact[k], sum[k], 1e-4); // first order
+    }
+  }
+}

@@ -68,11 +68,23 @@ private:
   /// Whether a component has an opacity, and whether the knots of its function matter.
   bool Emits(std::size_t c) const
   {
-    return this->Scene.Dependent ? c + 1 == this->Count : this->Scene.Weights[c] > 0;
+    return this->Scene.Image  ? c == 0
+      : this->Scene.Dependent ? c + 1 == this->Count
+                              : this->Scene.Weights[c] > 0;
   }
   double WeightOf(std::size_t c) const
   {
-    return this->Scene.Dependent ? 1 : this->Scene.Weights[c];
+    return this->Scene.Image || this->Scene.Dependent ? 1 : this->Scene.Weights[c];
+  }
+  bool NeedsAll() const { return this->Scene.Image || this->Scene.Dependent; }
+  TruthImage::Node ImageAt(double s) const
+  {
+    return this->Scene.Image->At(this->Fields[0](s), this->Fields[1](s) - this->Scene.Rows.front());
+  }
+  double AlphaOf(std::size_t c, double s) const
+  {
+    return this->Scene.Image ? this->ImageAt(s)[3]
+                             : this->FunctionOf(c).GetAlpha(this->Fields[c](s));
   }
   /// The function that gives a component's opacity: of dependent ones there is only the first.
   const TruthTransfer& FunctionOf(std::size_t c) const
@@ -135,7 +147,7 @@ private:
       all = all && this->There[c];
       seen = seen || (this->There[c] && this->Emits(c));
     }
-    if (!seen || (this->Scene.Dependent && !all))
+    if (!seen || (this->NeedsAll() && !all))
     {
       return;
     }
@@ -244,14 +256,16 @@ private:
   {
     const bool colors = this->Scene.Dependent && c + 1 < this->Count;
     const TruthCubic& field = this->Fields[c];
-    if (!this->There[c] || field.IsConstant() || !(colors || this->Emits(c)))
+    if (!this->There[c] || field.IsConstant() || !(this->Scene.Image || colors || this->Emits(c)))
     {
       return;
     }
     // Red, green and blue are clamped at the ends of their range.
     const std::vector<double> ends{ 0, this->Scene.FullColor };
-    const std::vector<double>& knots =
-      colors && this->Count == 4 ? ends : this->FunctionOf(c).Knots();
+    const std::vector<double>& knots = this->Scene.Image
+      ? (c == 0 ? this->Scene.Image->Envelope().Knots() : this->Scene.Rows)
+      : colors && this->Count == 4 ? ends
+                                   : this->FunctionOf(c).Knots();
     std::array<double, 4> turns{};
     const int pieces = field.MonotonePieces(turns);
     for (std::size_t i = 0; i < static_cast<std::size_t>(pieces); ++i)
@@ -300,7 +314,12 @@ private:
   Double3 ColorAt(std::size_t c, double t, double s) const
   {
     Double3 color{};
-    if (!this->Scene.Dependent)
+    if (this->Scene.Image)
+    {
+      const TruthImage::Node node = this->ImageAt(s);
+      color = { node[0], node[1], node[2] };
+    }
+    else if (!this->Scene.Dependent)
     {
       color = this->FunctionOf(c).GetColor(this->Fields[c](s));
     }
@@ -334,8 +353,7 @@ private:
     Double3 light{};
     for (std::size_t c = 0; c < this->Count; ++c)
     {
-      if (this->There[c] && this->Emits(c) &&
-        this->FunctionOf(c).GetAlpha(this->Fields[c](middle)) >= 1 &&
+      if (this->There[c] && this->Emits(c) && this->AlphaOf(c, middle) >= 1 &&
         this->GradientShare(c, middle) > 0)
       {
         // Just behind the beginning: at it, a jump of the colour belongs to either side.
@@ -366,8 +384,7 @@ private:
           continue;
         }
         const TruthTransfer& function = this->FunctionOf(c);
-        const double sigma =
-          function.Extinction(function.GetAlpha(this->Fields[c](s))) * this->GradientShare(c, s);
+        const double sigma = function.Extinction(this->AlphaOf(c, s)) * this->GradientShare(c, s);
         if (sigma > 0)
         {
           total += this->WeightOf(c) * sigma;

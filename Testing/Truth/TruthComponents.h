@@ -23,18 +23,24 @@ namespace teravox
 /// Dependent: the extinction is that of the last component by the first function's opacity. The
 /// colour is that of the first component (of two), or the first three components as they are, 1 at
 /// FullColor (of four).
+///
+/// With an Image, two components have one function: opacity and colour are those of the image at
+/// the first one's value and the second one's, counted from the first of Rows. Light falls on the
+/// first.
 struct TruthComponents
 {
   std::vector<const TruthScene*> Parts; ///< one per component
   std::vector<double> Weights;          ///< likewise; of independent ones
   bool Dependent = false;
   double FullColor = 255;
+  const TruthImage* Image = nullptr;
+  std::vector<double> Rows; ///< values of the second component, ascending
 };
 
 /// The truth of a pixel, see IntegratePixel(): the ray is cut at all planes of voxel centres, and
 /// in between where any component's cubic is stationary or meets a knot of its function. A
 /// component with a NaN among the eight voxels of a cell isn't there in that cell; of dependent
-/// ones none is.
+/// ones, and of two with an image, none is.
 TruthColor IntegrateComponents(
   const TruthComponents& scene, int x, int y, double offsetX = 0, double offsetY = 0);
 

@@ -105,7 +105,10 @@ Result<ImageVolume> OpenStack(const ImageVolume::Request& request, std::vector<s
   stack.Channel = request.Channel;
   stack.TimePoint = request.TimePoint;
   stack.CacheBytes = request.Memory / 4;
-  return OfReader(TIFFStack::Open(stack), request.Memory, std::move(files));
+  std::vector<std::string> others;
+  const auto reader = TIFFStack::Open(stack, others);
+  files.insert(files.end(), others.begin(), others.end());
+  return OfReader(reader, request.Memory, std::move(files));
 }
 
 Result<ImageVolume> OpenPictures(

@@ -126,7 +126,8 @@ Result<Order> OrderOf(const std::string& fileName, const pugi::xml_node& pixels,
 
 /// The pages that one list of them has for the slices that are wanted.
 bool TakePages(const pugi::xml_node& list, const Order& order, std::int64_t channel,
-  std::int64_t time, std::int64_t& steps, std::vector<std::int64_t>& pages)
+  std::int64_t time, std::size_t file, std::int64_t& steps,
+  std::vector<OMEDescription::Page>& pages)
 {
   const auto page = Number(list, "IFD", 0, 0);
   const auto z = Number(list, "FirstZ", 0, 0);
@@ -146,19 +147,32 @@ bool TakePages(const pugi::xml_node& list, const Order& order, std::int64_t chan
     const auto plane = order.Plane(n);
     if (plane[1] == channel && plane[2] == time)
     {
-      pages.at(static_cast<std::size_t>(plane[0])) = *page + n - first;
+      pages.at(static_cast<std::size_t>(plane[0])) = { file, *page + n - first };
     }
   }
   return steps <= MostSteps;
 }
+
+/// Names in the XML are of files beside it, whatever folder they were in once.
+std::string LastPart(const std::string& path)
+{
+  return path.substr(path.find_last_of("/\\") + 1);
+}
+
+/// The file that a list of pages is of; empty where it doesn't say so.
+std::string FileOf(const pugi::xml_node& list)
+{
+  return LastPart(Child(list, "UUID").attribute("FileName").value());
+}
+
 /// What the XML calls the file: its name, or another one that it had, if there are no others.
 std::string OwnName(const std::string& fileName, const pugi::xml_node& pixels)
 {
-  std::string own = fileName.substr(fileName.find_last_of('/') + 1);
+  std::string own = LastPart(fileName);
   std::string only;
   for (const pugi::xml_node& list : pixels.children())
   {
-    const std::string file = Child(list, "UUID").attribute("FileName").value();
+    const std::string file = FileOf(list);
     if (IsCalled(list, "TiffData") &&
       (file.empty() || file == own || (!only.empty() && file != only)))
     {
@@ -167,6 +181,66 @@ std::string OwnName(const std::string& fileName, const pugi::xml_node& pixels)
     only = IsCalled(list, "TiffData") ? file : only;
   }
   return only.empty() ? own : only;
+}
+
+/// Which files pages are of: number 0 is the file itself.
+class FileNumbers
+{
+public:
+  explicit FileNumbers(const std::string& own) { this->Numbers[own] = this->Numbers[""] = 0; }
+  std::size_t Of(const std::string& name)
+  {
+    const auto [at, isNew] = this->Numbers.emplace(name, this->Names.size() + 1);
+    if (isNew)
+    {
+      this->Names.push_back(name);
+    }
+    return at->second;
+  }
+  const std::string& Name(std::size_t number) const { return this->Names.at(number - 1); }
+
+private:
+  std::map<std::string, std::size_t> Numbers;
+  std::vector<std::string> Names; // from number 1 on
+};
+
+/// Keeps the files that have pages which are wanted, and looks whether they are there.
+Status TakeFiles(const std::string& fileName, const FileNumbers& numbers, OMEDescription& ome)
+{
+  ome.Files = { fileName };
+  std::map<std::size_t, std::size_t> kept{ { 0, 0 } };
+  for (std::size_t z = 0; z < ome.Pages.size(); ++z)
+  {
+    OMEDescription::Page& page = ome.Pages[z];
+    const auto [at, isNew] = kept.emplace(page.File, ome.Files.size());
+    if (isNew)
+    {
+      const std::string& name = numbers.Name(page.File);
+      ome.Files.push_back(headers::Beside(fileName, name));
+      const auto begin = headers::Begin(ome.Files.back(), 4);
+      if (!begin.Ok())
+      {
+        return { begin.GetStatus().Code(),
+          "'" + fileName + "' has slice " + std::to_string(z) + " in '" + name +
+            "': " + begin.GetStatus().Message() };
+      }
+    }
+    page.File = at->second;
+  }
+  return {};
+}
+
+/// The XML of a file that has only the name of the one where it is.
+Result<std::string> ReadCompanion(const std::string& fileName, const std::string& name)
+{
+  constexpr std::size_t most = std::size_t{ 256 } << 20;
+  auto text = headers::Begin(name, most);
+  if (!text.Ok())
+  {
+    return Status(text.GetStatus().Code(),
+      "'" + fileName + "' is described in another file: " + text.GetStatus().Message());
+  }
+  return text;
 }
 } // namespace
 
@@ -181,28 +255,30 @@ bool OMEDescription::IsOME(const std::string& description)
 Result<OMEDescription> OMEDescription::Read(const std::string& fileName,
   const std::string& description, int samples, int channel, int timePoint)
 {
+  OMEDescription ome;
   pugi::xml_document document;
-  const pugi::xml_parse_result parsed =
-    document.load_buffer(description.data(), description.size());
-  const pugi::xml_node root = Child(document, "OME");
-  const pugi::xml_node other = Child(root, "BinaryOnly");
-  if (other)
+  pugi::xml_parse_result parsed = document.load_buffer(description.data(), description.size());
+  if (const pugi::xml_node other = Child(Child(document, "OME"), "BinaryOnly"))
   {
-    return Status(StatusCode::InvalidArgument,
-      "'" + fileName + "' is described by '" + other.attribute("MetadataFile").value() +
-        "', which isn't read; write one OME-TIFF of it (bfconvert).");
+    ome.Companion = headers::Beside(fileName, LastPart(other.attribute("MetadataFile").value()));
+    const auto text = ReadCompanion(fileName, ome.Companion);
+    if (!text.Ok())
+    {
+      return text.GetStatus();
+    }
+    parsed = document.load_buffer(text.Value().data(), text.Value().size());
   }
-  const pugi::xml_node pixels = Child(Child(root, "Image"), "Pixels");
+  const pugi::xml_node pixels = Child(Child(Child(document, "OME"), "Image"), "Pixels");
   if (!parsed || !pixels)
   {
-    return Corrupt(fileName, "has OME-XML that is damaged, or without Pixels");
+    return Corrupt(ome.Companion.empty() ? fileName : ome.Companion,
+      "has OME-XML that is damaged, or without Pixels");
   }
   const auto order = OrderOf(fileName, pixels, samples);
   if (!order.Ok())
   {
     return order.GetStatus();
   }
-  OMEDescription ome;
   ome.Channels = order.Value().Size[1];
   ome.Times = order.Value().Size[2];
   ome.Spacing = SpacingOf(pixels);
@@ -212,11 +288,10 @@ Result<OMEDescription> OMEDescription::Read(const std::string& fileName,
       "'" + fileName + "' has " + std::to_string(ome.Channels) + " channels and " +
         std::to_string(ome.Times) + " time points, counted from 0.");
   }
-  std::vector<std::int64_t> pages(static_cast<std::size_t>(order.Value().Size[0]), -1);
+  ome.Pages.resize(static_cast<std::size_t>(order.Value().Size[0]));
   std::int64_t steps = 0;
   bool any = false;
-  const std::string own = OwnName(fileName, pixels);
-  std::string elsewhere;
+  FileNumbers files(OwnName(fileName, pixels));
   for (const pugi::xml_node& list : pixels.children())
   {
     if (!IsCalled(list, "TiffData"))
@@ -224,13 +299,8 @@ Result<OMEDescription> OMEDescription::Read(const std::string& fileName,
       continue;
     }
     any = true;
-    const std::string file = Child(list, "UUID").attribute("FileName").value();
-    if (!file.empty() && file != own)
-    {
-      elsewhere = file;
-      continue;
-    }
-    if (!TakePages(list, order.Value(), channel, timePoint, steps, pages))
+    if (!TakePages(
+          list, order.Value(), channel, timePoint, files.Of(FileOf(list)), steps, ome.Pages))
     {
       return Corrupt(
         fileName, "has OME-XML that is damaged: a TiffData names planes that can't be");
@@ -238,22 +308,17 @@ Result<OMEDescription> OMEDescription::Read(const std::string& fileName,
   }
   if (!any)
   {
-    TakePages(pugi::xml_node(), order.Value(), channel, timePoint, steps, pages);
+    TakePages(pugi::xml_node(), order.Value(), channel, timePoint, 0, steps, ome.Pages);
   }
-  const auto missing = std::find(pages.begin(), pages.end(), -1);
-  if (missing != pages.end() && !elsewhere.empty())
+  const auto missing = std::find_if(
+    ome.Pages.begin(), ome.Pages.end(), [](const Page& page) { return page.Number < 0; });
+  if (missing != ome.Pages.end())
   {
-    return Status(StatusCode::InvalidArgument,
-      "'" + fileName + "' has slices in other files, such as '" + elsewhere +
-        "'; write one OME-TIFF of them (bfconvert).");
+    return Corrupt(
+      fileName, "has no page for slice " + std::to_string(missing - ome.Pages.begin()));
   }
-  if (missing != pages.end())
-  {
-    return Corrupt(fileName, "has no page for slice " + std::to_string(missing - pages.begin()));
-  }
-  std::transform(pages.begin(), pages.end(), std::back_inserter(ome.Pages),
-    [](std::int64_t page) { return static_cast<std::uint32_t>(page); });
-  return ome;
+  const Status status = TakeFiles(fileName, files, ome);
+  return status.Ok() ? Result<OMEDescription>(std::move(ome)) : Result<OMEDescription>(status);
 }
 
 } // namespace teravox

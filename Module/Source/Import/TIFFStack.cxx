@@ -468,38 +468,34 @@ Status Choose(const std::string& name, const ImageJ& description, const TIFFStac
   return {};
 }
 
-/// The same by OME-XML, which says where each page belongs.
-Status Choose(const std::string& name, const std::string& description, int components,
-  const TIFFStack::Request& request, Double3& spacing,
+/// The same by OME-XML, which says where each page belongs. `files`: become all that there are.
+Status Choose(const OMEDescription& ome, std::vector<std::string>& files,
   std::vector<std::pair<std::size_t, std::uint32_t>>& pages)
 {
-  const auto ome =
-    OMEDescription::Read(name, description, components, request.Channel, request.TimePoint);
-  if (!ome.Ok())
-  {
-    return ome.GetStatus();
-  }
   std::vector<std::pair<std::size_t, std::uint32_t>> chosen;
-  for (const std::uint32_t page : ome.Value().Pages)
+  for (const OMEDescription::Page& page : ome.Pages)
   {
-    // Those of a file are in their order.
-    const std::pair<std::size_t, std::uint32_t> wanted{ 0, page };
-    if (!std::binary_search(pages.begin(), pages.end(), wanted))
+    // Those of a file are in their order; of other files reading tells.
+    const std::pair<std::size_t, std::uint32_t> wanted{ page.File,
+      static_cast<std::uint32_t>(page.Number) };
+    if (page.File == 0 && !std::binary_search(pages.begin(), pages.end(), wanted))
     {
-      return Corrupt(name,
-        "has no page " + std::to_string(page) + ", where its OME-XML says slice " +
+      return Corrupt(ome.Files.front(),
+        "has no page " + std::to_string(page.Number) + ", where its OME-XML says slice " +
           std::to_string(chosen.size()) + " is");
     }
     chosen.push_back(wanted);
   }
-  spacing = ome.Value().Spacing;
+  files = ome.Files;
   pages = std::move(chosen);
   return {};
 }
 } // namespace
 
-Result<std::shared_ptr<VoxelReader>> TIFFStack::Open(const Request& request)
+Result<std::shared_ptr<VoxelReader>> TIFFStack::Open(
+  const Request& request, std::vector<std::string>& others)
 {
+  others.clear();
   if (request.Files.empty())
   {
     return Status(StatusCode::InvalidArgument, "There are no TIFF files.");
@@ -531,13 +527,27 @@ Result<std::shared_ptr<VoxelReader>> TIFFStack::Open(const Request& request)
   VoxelReader::Description& volume = described.Value();
   volume.Spacing = SpacingOf(file.get(), description);
   std::vector<std::pair<std::size_t, std::uint32_t>> slices;
-  if (request.Files.size() == 1)
+  std::vector<std::string> files = request.Files;
+  if (files.size() == 1)
   {
     auto pages = PagesOf(file.get(), name);
-    const Status status = !pages.Ok() ? pages.GetStatus()
-      : OMEDescription::IsOME(text)
-      ? Choose(name, text, page.Value().Components, request, volume.Spacing, pages.Value())
-      : Choose(name, description, request, pages.Value());
+    Status status = pages.GetStatus();
+    if (pages.Ok() && OMEDescription::IsOME(text))
+    {
+      const auto ome = OMEDescription::Read(
+        name, text, page.Value().Components, request.Channel, request.TimePoint);
+      status = ome.Ok() ? Choose(ome.Value(), files, pages.Value()) : ome.GetStatus();
+      volume.Spacing = ome.Ok() ? ome.Value().Spacing : volume.Spacing;
+      others.assign(files.begin() + 1, files.end());
+      if (ome.Ok() && !ome.Value().Companion.empty())
+      {
+        others.push_back(ome.Value().Companion);
+      }
+    }
+    else if (pages.Ok())
+    {
+      status = Choose(name, description, request, pages.Value());
+    }
     if (!status.Ok())
     {
       return status;
@@ -553,7 +563,7 @@ Result<std::shared_ptr<VoxelReader>> TIFFStack::Open(const Request& request)
   }
   volume.Dimensions[2] = static_cast<std::int64_t>(slices.size());
   const auto reader =
-    std::make_shared<Reader>(volume, page.Value(), request.Files, std::move(slices));
+    std::make_shared<Reader>(volume, page.Value(), std::move(files), std::move(slices));
   reader->SetCacheLimit(request.CacheBytes);
   return std::shared_ptr<VoxelReader>(reader);
 }

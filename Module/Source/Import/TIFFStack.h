@@ -13,8 +13,8 @@
 namespace teravox
 {
 
-/// Slices in TIFF files, one file with many pages or many files, each with one; read and decoded
-/// slice by slice, whatever their compression.
+/// Slices in TIFF files, one file with many pages or many files, each with one, or where OME-XML
+/// says; read and decoded slice by slice, whatever their compression.
 class TIFFStack
 {
 public:
@@ -31,8 +31,10 @@ public:
   /// Thumbnails are left out. Pixels of a palette become its colours, u8: one value where the first
   /// palette is grey, else three. Errors: NotFound, InputOutput, Corrupt; InvalidArgument (no such
   /// channel, slices of different sizes); Unsupported (planes, mirrored pictures, samples of other
-  /// than 8, 16, 32 or 64 bits, or, with a palette, 1, 2, 4, 8 or 16 bits).
-  static Result<std::shared_ptr<VoxelReader>> Open(const Request& request);
+  /// than 8, 16, 32 or 64 bits, or, with a palette, 1, 2, 4, 8 or 16 bits). `others`: set to the
+  /// files beside those of the request that are read, or were, for their names in OME-XML.
+  static Result<std::shared_ptr<VoxelReader>> Open(
+    const Request& request, std::vector<std::string>& others);
 };
 
 } // namespace teravox

@@ -55,8 +55,8 @@ struct Neighbourhood
   std::size_t Nearest[4];
 };
 
-inline Neighbourhood RaysAround(
-  const NativeScene& scene, std::size_t pixel, std::ptrdiff_t half, bool center)
+inline void TakeRaysAround(
+  const NativeScene& scene, std::size_t pixel, std::ptrdiff_t half, bool center, Neighbourhood& n)
 {
   const auto width = static_cast<std::ptrdiff_t>(scene.Width);
   const auto at = [&](std::ptrdiff_t i, std::ptrdiff_t j)
@@ -66,7 +66,6 @@ inline Neighbourhood RaysAround(
     const std::ptrdiff_t y = center ? j : (i - j) / 2;
     return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(pixel) + half * (x + width * y));
   };
-  Neighbourhood n;
   for (int i = 0; i < 4; ++i)
   {
     for (int j = 0; j < 4; ++j)
@@ -78,7 +77,6 @@ inline Neighbourhood RaysAround(
   n.Nearest[1] = at(-1, 1);
   n.Nearest[2] = at(1, -1);
   n.Nearest[3] = at(1, 1);
-  return n;
 }
 
 // The largest second difference along the lines of the lattice, of four channels.
@@ -171,10 +169,10 @@ inline bool HasNeighbourhood(const NativeScene& scene, int x, int y, int half)
     y + 3 * half < scene.Height;
 }
 
-inline Between LookAround(const NativeScene& scene, std::size_t pixel, int half, bool center)
+inline void LookAround(
+  const NativeScene& scene, std::size_t pixel, int half, bool center, Between& b)
 {
-  Between b;
-  b.Around = RaysAround(scene, pixel, half, center);
+  TakeRaysAround(scene, pixel, half, center, b.Around);
   b.Difference = LargestDifference(b.Around);
   for (const std::size_t n : b.Around.Nearest)
   {
@@ -184,7 +182,6 @@ inline Between LookAround(const NativeScene& scene, std::size_t pixel, int half,
     b.Spent = Max(b.Spent, scene.Error != nullptr ? scene.Error[n] : 0.0f);
     b.Over = b.Over && scene.Color[4 * n + 3] <= scene.Parameters->Step[2];
   }
-  return b;
 }
 
 // What of Difference interpolation is taken to err. nearest: see NearestRay().
@@ -211,7 +208,8 @@ inline bool IsInterpolated(
   {
     return false;
   }
-  const Between b = LookAround(scene, pixel, half, center);
+  Between b;
+  LookAround(scene, pixel, half, center, b);
   if (!(b.Difference * LeastWeight <= scene.LatticeTolerance) || !b.Inside ||
     !(b.Missed <= scene.LatticeMissed))
   {
@@ -315,7 +313,9 @@ inline bool IsSurprising(const NativeScene& scene, int x, int y, int half, bool 
     return false;
   }
   const std::size_t pixel = PixelAt(scene, x, y);
-  const Quad off = InTheMiddle(RaysAround(scene, pixel, half, center)) - ColorAt(scene, pixel);
+  Neighbourhood around;
+  TakeRaysAround(scene, pixel, half, center, around);
+  const Quad off = InTheMiddle(around) - ColorAt(scene, pixel);
   return !(LargestOfFour(Abs(off)) <= scene.LatticeTolerance);
 }
 

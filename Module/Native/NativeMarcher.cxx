@@ -13,6 +13,7 @@
 #include <omp.h>
 #include <tuple>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 namespace teravox
@@ -548,51 +549,88 @@ PassResult NativeMarcher::DrawPass(NativeScene scene, std::uint32_t slots, std::
   return result;
 }
 
+namespace
+{
+// Tiles (x | y << 16 each) that are marked, and those around them.
+std::vector<std::uint8_t> WithNeighbours(
+  const std::vector<std::uint32_t>& tiles, const std::vector<std::uint8_t>& marked)
+{
+  std::unordered_set<std::uint32_t> near;
+  for (std::size_t i = 0; i < tiles.size(); ++i)
+  {
+    for (std::uint32_t n = 0; n < 9 && marked[i] != 0; ++n)
+    {
+      // Those before the first row and column are none of the tiles.
+      const std::uint32_t x = (tiles[i] & 0xffffu) + n % 3 - 1;
+      const std::uint32_t y = (tiles[i] >> 16) + n / 3 - 1;
+      near.insert((x & 0xffffu) | y << 16);
+    }
+  }
+  std::vector<std::uint8_t> result(tiles.size());
+  std::transform(tiles.begin(), tiles.end(), result.begin(),
+    [&](std::uint32_t tile) { return static_cast<std::uint8_t>(near.count(tile)); });
+  return result;
+}
+} // namespace
+
 std::vector<std::uint32_t> NativeMarcher::Refine(
   const NativeScene& scene, NativeView& view, const std::vector<std::uint32_t>& tiles)
 {
   constexpr int edge = static_cast<int>(shared::TILE_SIZE);
   const auto count = static_cast<std::int64_t>(tiles.size());
   std::vector<LatticeCount> counts(tiles.size());
-  const auto sweep = [&](LatticeStep step)
+  const auto sweep = [&](LatticeStep step, const std::vector<std::uint8_t>& where)
   {
 #pragma omp parallel for schedule(dynamic) if (count > 1)
     for (std::int64_t t = 0; t < count; ++t)
     {
       const auto i = static_cast<std::size_t>(t);
-      const int x = static_cast<int>(tiles[i] & 0xffffu) * edge;
-      const int y = static_cast<int>(tiles[i] >> 16) * edge;
-      counts[i] = this->Refiner(scene, view.LatticeStage, step, x, y,
-        std::min(x + edge, scene.Width), std::min(y + edge, scene.Height));
+      counts[i] = {};
+      if (where.empty() || where[i] != 0)
+      {
+        const int x = static_cast<int>(tiles[i] & 0xffffu) * edge;
+        const int y = static_cast<int>(tiles[i] >> 16) * edge;
+        counts[i] = this->Refiner(scene, view.LatticeStage, step, x, y,
+          std::min(x + edge, scene.Width), std::min(y + edge, scene.Height));
+      }
     }
   };
-  const auto any = [&counts](std::uint32_t LatticeCount::*number)
+  const std::vector<std::uint8_t> everywhere;
+  const auto tilesWith = [&counts](std::uint32_t LatticeCount::*number)
   {
-    return std::any_of(
-      counts.begin(), counts.end(), [&](const LatticeCount& c) { return c.*number > 0; });
+    std::vector<std::uint8_t> with(counts.size());
+    std::transform(counts.begin(), counts.end(), with.begin(),
+      [&](const LatticeCount& c) { return static_cast<std::uint8_t>(c.*number > 0 ? 1 : 0); });
+    return with;
   };
+  const auto isAny = [](const std::vector<std::uint8_t>& where)
+  { return std::any_of(where.begin(), where.end(), [](std::uint8_t w) { return w != 0; }); };
   std::vector<std::uint32_t> active;
   while (active.empty() && view.LatticeStage > 0)
   {
     bool chosen = true;
     if (!view.LatticeChosen)
     {
-      sweep(LatticeStep::Choose);
+      sweep(LatticeStep::Choose, everywhere);
+      view.LatticeCast = tilesWith(&LatticeCount::Chosen);
       view.LatticeChosen = true;
     }
     else
     {
-      sweep(LatticeStep::Judge);
-      chosen = any(&LatticeCount::Surprising);
+      // Only what was cast since is new to judge, and only beside what surprises something spreads.
+      sweep(LatticeStep::Judge, view.LatticeCast);
+      const std::vector<std::uint8_t> surprising = tilesWith(&LatticeCount::Surprising);
+      chosen = isAny(surprising);
       if (chosen)
       {
-        sweep(LatticeStep::Spread);
-        chosen = any(&LatticeCount::Chosen);
+        sweep(LatticeStep::Spread, WithNeighbours(tiles, surprising));
+        view.LatticeCast = tilesWith(&LatticeCount::Chosen);
+        chosen = isAny(view.LatticeCast);
       }
     }
     if (!chosen)
     {
-      sweep(LatticeStep::Fill);
+      sweep(LatticeStep::Fill, everywhere);
       view.LatticeChosen = false;
       --view.LatticeStage;
       continue;

@@ -30,9 +30,11 @@ struct NativeView
   std::vector<std::uint8_t> Lattice;
   std::vector<float> Missed;
   std::vector<float> Reach;
-  bool HasLattice = false;     ///< whether the picture is one
-  int LatticeStage = 0;        ///< that has to be decided on next; 0: all have been
-  bool LatticeChosen = false;  ///< whether LatticeStep::Choose was done for it
+  bool HasLattice = false;    ///< whether the picture is one
+  int LatticeStage = 0;       ///< that has to be decided on next; 0: all have been
+  bool LatticeChosen = false; ///< whether LatticeStep::Choose was done for it
+  /// Of the tiles of NativeMarcher::Refine(): where pixels were chosen to be cast last.
+  std::vector<std::uint8_t> LatticeCast;
   LatticeLimits Limits;        ///< of its interpolated pixels
   std::vector<float> FirstHit; ///< depth and level of the hit, NoHit; empty if nobody asks
   std::vector<float> Lengths;  ///< see NativeScene; empty but for averages of several components

@@ -88,9 +88,7 @@ bool IsLineEmpty(ComponentLine line)
   return empty;
 }
 
-#if TERAVOX_PLANE
-#include "Library/PlanePieces.glsl"
-#else
+#if !TERAVOX_PLANE
 Means MeansBetween(ComponentLine line, Point a, Point m, Point b, float u, float to)
 {
   Means means;
@@ -143,7 +141,13 @@ void IntegrateCell(
   float before = state.transmittance;
 #endif
 #if TERAVOX_PLANE
-  IntegratePlane(state, line, line.extent * ray.world);
+  IntegratePlane(state,
+    PlaneLine(line.field[0], line.turns[0], line.field[1],
+#if TERAVOX_SHADE
+      line.slope[0], vec3(1.0),
+#endif
+      line.begin, line.extent),
+    line.extent * ray.world);
 #else
   float u = 0.0;
   float size = 1.0;

@@ -6,6 +6,7 @@
 // linear piece would miss more than the error allows; no ray is cut by what the cache holds. The
 // result depends on the cell alone, so that empty cells can be leapt over.
 #include "Library/CellWalk.glsl"
+#include "Library/PlanePieces.glsl"
 #if TERAVOX_BLEND
 #include "Library/ProjectCells.glsl"
 #elif TERAVOX_COMPONENTS

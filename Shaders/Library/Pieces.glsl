@@ -38,8 +38,24 @@ bool IsLineEmpty(CellLine line)
   return u_switches.x != 0u && IsEmptyBetween(min(Minimum(ends), line.cubic.x), max(Maximum(ends), line.cubic.x));
 }
 
-#include "Library/PlanePieces.glsl"
-#if !TERAVOX_PLANE
+#if TERAVOX_PLANE
+void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWalk walk,
+  VisitedCell visited, CellLine line)
+{
+  COUNT(evaluated, true);
+  COUNT(gradients, true);
+#if TERAVOX_COUNT
+  float before = state.transmittance;
+#endif
+  float extent = walk.t - visited.begin;
+  IntegratePlane(state,
+    PlaneLine(line.cubic, line.turns,
+      GradientAlong(view, ivec3(visited.cell), visited.corners, line.begin, line.along),
+      view.scale / vec3(u_levelFactor[level].xyz), visited.begin, extent),
+    extent * ray.world);
+  COUNT(contributing, state.transmittance < before);
+}
+#else
 void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWalk walk,
   VisitedCell visited, CellLine line)
 {

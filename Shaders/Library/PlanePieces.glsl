@@ -50,32 +50,38 @@ float MeanOfHalf(float outer, float middle, float other)
 }
 
 // The line of a ray through a cell: where along it nodes and rows come from.
-#if TERAVOX_COMPONENTS
-#define PlaneLine ComponentLine
-#else
 struct PlaneLine
 {
   vec4 cubic; // the field, in nodes of the transfer table
   vec2 turns; // where that turns
+#if TERAVOX_COMPONENTS
+  vec4 row; // the second component, in rows
+#endif
+#if !TERAVOX_COMPONENTS || TERAVOX_SHADE
   Gradient gradient;
   vec3 perVoxel;
+#endif
   float begin; // depth
   float extent;
 };
-#endif
 
-PlacedSample SampleLine(State state, PlaneLine line, float u)
+// Light alone, and not the whole state: compilers follow what is `precise` through every part of it.
+#if TERAVOX_SHADE
+#define SAMPLE_LINE(u) SampleLine(line, state.light, u)
+PlacedSample SampleLine(PlaneLine line, RayLight light, float u)
+#else
+#define SAMPLE_LINE(u) SampleLine(line, u)
+PlacedSample SampleLine(PlaneLine line, float u)
+#endif
 {
   PlacedSample p;
-#if TERAVOX_COMPONENTS
-  p.node = Along(line.field[0], u);
-  p.row = max(Along(line.field[1], u), 0.0);
-#if TERAVOX_SHADE
-  vec3 difference = Along(line.slope[0], u);
-#endif
-#else
   p.node = Along(line.cubic, u);
+#if !TERAVOX_COMPONENTS || TERAVOX_SHADE
   vec3 difference = Along(line.gradient, u) * line.perVoxel;
+#endif
+#if TERAVOX_COMPONENTS
+  p.row = max(Along(line.row, u), 0.0);
+#else
   precise vec3 gradient = difference * u_gradient.xyz;
   p.gradient = gradient;
   p.row = RowOf(gradient);
@@ -86,9 +92,9 @@ PlacedSample SampleLine(State state, PlaneLine line, float u)
   p.normal = NormalOf(difference);
   float at = line.begin + u * line.extent;
 #if TERAVOX_COMPONENTS
-  p.color = LitColor(p.color, LightOn(u_componentMaterial[0], p.normal, state.light, at));
+  p.color = LitColor(p.color, LightOn(u_componentMaterial[0], p.normal, light, at));
 #else
-  p.color = LitColor(p.color, LightFrom(p.normal, state.light, at));
+  p.color = LitColor(p.color, LightFrom(p.normal, light, at));
 #endif
 #endif
   return p;
@@ -100,7 +106,7 @@ vec2 RowsBetween(PlaneLine line, PlacedSample a, PlacedSample m, PlacedSample b,
   vec2 rows = vec2(min(a.row, min(m.row, b.row)), max(a.row, max(m.row, b.row)));
 #if TERAVOX_COMPONENTS
   // As GradientBend().
-  vec4 f = line.field[1];
+  vec4 f = line.row;
   float size = to - u;
   float bend = max(abs(f.z + 3.0 * f.w * u), abs(f.z + 3.0 * f.w * to)) * (0.0625 * size * size);
 #else
@@ -113,12 +119,8 @@ vec2 RowsBetween(PlaneLine line, PlacedSample a, PlacedSample m, PlacedSample b,
 // `length_`: of the line, world units.
 void IntegratePlane(inout State state, PlaneLine line, float length_)
 {
-#if TERAVOX_COMPONENTS
-  vec2 turns = line.turns[0];
-#else
   vec2 turns = line.turns;
-#endif
-  PlacedSample a = SampleLine(state, line, 0.0);
+  PlacedSample a = SAMPLE_LINE(0.0);
   float u = 0.0;
   float size = 1.0;
   // Of the smallest pieces there are 512, and each may have been tried as a part of larger ones.
@@ -131,8 +133,8 @@ void IntegratePlane(inout State state, PlaneLine line, float length_)
     float to = min(u + size, 1.0);
     to = turns.x > u && turns.x < to ? turns.x : to;
     to = turns.y > u && turns.y < to ? turns.y : to;
-    PlacedSample m = SampleLine(state, line, 0.5 * (u + to));
-    PlacedSample b = SampleLine(state, line, to);
+    PlacedSample m = SAMPLE_LINE(0.5 * (u + to));
+    PlacedSample b = SAMPLE_LINE(to);
     // Where the ends see nothing there is nothing, as for those who skip it.
 #if TERAVOX_COMPONENTS
     bool empty = IsPartEmpty(0, min(a.node, b.node), max(a.node, b.node));
@@ -198,23 +200,4 @@ void IntegratePlane(inout State state, PlaneLine line, float length_)
     }
   }
 }
-
-#if !TERAVOX_COMPONENTS
-void IntegrateLine(inout State state, Ray ray, BrickView view, int level, CellWalk walk,
-  VisitedCell visited, CellLine line)
-{
-  COUNT(evaluated, true);
-  COUNT(gradients, true);
-#if TERAVOX_COUNT
-  float before = state.transmittance;
-#endif
-  float extent = walk.t - visited.begin;
-  IntegratePlane(state,
-    PlaneLine(line.cubic, line.turns,
-      GradientAlong(view, ivec3(visited.cell), visited.corners, line.begin, line.along),
-      view.scale / vec3(u_levelFactor[level].xyz), visited.begin, extent),
-    extent * ray.world);
-  COUNT(contributing, state.transmittance < before);
-}
-#endif
 #endif

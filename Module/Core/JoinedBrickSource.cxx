@@ -31,7 +31,7 @@ void Fill(const Brick& from, std::size_t component, Brick& to)
       const std::size_t count = from.Voxels.size() / sizeof(In);
       for (std::size_t i = 0; i < count; ++i)
       {
-        out[2 * i] = static_cast<Out>(in[i]);
+        out[2 * i] = static_cast<Out>(static_cast<double>(in[i])); // which holds all of them
       }
     });
 }
@@ -115,7 +115,7 @@ Result<std::vector<ValueRange>> JoinedBrickSource::ReadRanges(
   const Result<std::vector<ValueRange>> other = this->Other->ReadRanges(first, count);
   if (!other)
   {
-    return other;
+    return other.GetStatus();
   }
   for (std::size_t i = 0; i < other.Value().size(); ++i)
   {

@@ -176,7 +176,8 @@ TEST(JoinedBrickSource, RangesAreThoseOfTheFirst)
 {
   const auto first = OneOf(ScalarType::Int16, 0);
   const auto second = std::make_shared<OtherRanges>(first);
-  BrickSource& source = *JoinedBrickSource::Make(first, second).Value();
+  const auto joined = JoinedBrickSource::Make(first, second);
+  BrickSource& source = *joined.Value();
   EXPECT_EQ(source.Info().Range, (ValueRange{ -12, 100 }));
   EXPECT_EQ(source.Info().ComponentRanges, (std::vector<ValueRange>{ { -12, 8 }, { 0, 100 } }));
   const std::vector<ValueRange> ranges = source.ReadRanges({}, { 6, 1, 1 }).Value();
@@ -188,8 +189,8 @@ TEST(JoinedBrickSource, RangesAreThoseOfTheFirst)
   // One value of the first isn't one of both, unless that is the same.
   EXPECT_FALSE(ranges[5].IsSingle());
   EXPECT_EQ(ranges[5].Min, 7);
-  BrickSource& same = *JoinedBrickSource::Make(first, first).Value();
-  EXPECT_EQ(same.ReadRanges({}, { 6, 1, 1 }).Value()[5], (ValueRange{ 7, 7 }));
+  const auto same = JoinedBrickSource::Make(first, first);
+  EXPECT_EQ(same.Value()->ReadRanges({}, { 6, 1, 1 }).Value()[5], (ValueRange{ 7, 7 }));
 }
 
 TEST(JoinedBrickSource, RefusesWhatDoesntFit)

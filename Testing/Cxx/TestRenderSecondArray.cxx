@@ -141,10 +141,14 @@ TEST(SecondArray, TruthSmoothAndNoisyShadedAndNot)
   for (const bool noisy : { false, true })
   {
     const TwoArrays two({}, VTK_VOID, noisy);
-    Stage stage(24, 24);
+    Stage stage(20, 20);
     Furnish(stage, two.Image);
     for (const Case& c : cases)
     {
+      if (!TakesAll() && c.Columns != 33 && c.Columns != 40)
+      {
+        continue;
+      }
       stage.SetTransferImage(c.Columns, c.Rows, c.Function);
       for (const bool shade : { false, true })
       {
@@ -176,8 +180,12 @@ TEST(SecondArray, TruthOfAllTypesLinearAndNearest)
     int second = seconds[next++ % std::size(seconds)];
     // What a narrow type makes of values that it doesn't hold isn't defined.
     second = options.Low < 0 || options.High > 65535 || IsFloat(type) ? VTK_DOUBLE : second;
+    if (!TakesAll() && SizeOf(type) == (IsFloat(type) ? 8 : 4))
+    {
+      continue; // shaders know texels of 8 and 16 bits and floats
+    }
     const TwoArrays two(options, second);
-    Stage stage(32, 32);
+    Stage stage(24, 24);
     Furnish(stage, two.Image);
     stage.Mapper->SetScalarMode(
       options.CellData ? VTK_SCALAR_MODE_USE_CELL_DATA : VTK_SCALAR_MODE_DEFAULT);

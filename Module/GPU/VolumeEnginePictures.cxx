@@ -135,6 +135,10 @@ std::vector<float> VolumeEngine::ReadErrors(const void* view, int& width, int& h
     return {};
   }
   const std::vector<float> colors = this->ReadColors(view, width, height);
+  if (width <= 0)
+  {
+    return {};
+  }
   ViewState& state = *found->second;
   const GLStateGuard guard;
   std::vector<std::int32_t> positions;

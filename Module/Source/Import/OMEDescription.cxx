@@ -220,9 +220,11 @@ Status TakeFiles(const std::string& fileName, const FileNumbers& numbers, OMEDes
       const auto begin = headers::Begin(ome.Files.back(), 4);
       if (!begin.Ok())
       {
-        return { begin.GetStatus().Code(),
-          "'" + fileName + "' has slice " + std::to_string(z) + " in '" + name +
-            "': " + begin.GetStatus().Message() };
+        std::string message = "'" + fileName + "' has slice ";
+        message += std::to_string(z) + " in '";
+        message += name + "': ";
+        message += begin.GetStatus().Message();
+        return { begin.GetStatus().Code(), message };
       }
     }
     page.File = at->second;

@@ -54,7 +54,7 @@ struct NativeScene
   /// their own, and of several components.
   const float* GradientOpacity = nullptr;
   /// TransferPlane: Nodes (null: none), Bounds, First, Columns. Under the same conditions, of one
-  /// component and not with a mask; the tables above are an upper bound of it.
+  /// component or over two, not with a mask; the (first one's) table is an upper bound of it.
   const float* Plane = nullptr;
   const float* PlaneBounds = nullptr;
   const std::int32_t* PlaneFirst = nullptr;

@@ -31,8 +31,7 @@ void ProjectConstant(inout State state, Ray ray, vec2 value, float t0, float t1)
   {
     TakeDependent(SignedNode(nodes[LAST_COMPONENT]), nodes);
   }
-  return;
-#endif
+#else
   for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
   {
     if (t1 > t0 && WeightOf(c) > 0.0)
@@ -40,6 +39,7 @@ void ProjectConstant(inout State state, Ray ray, vec2 value, float t0, float t1)
       TakeValue(state, c, PartPosition(c, value.x, value.y), (t1 - t0) * ray.world);
     }
   }
+#endif
 }
 
 #if TERAVOX_NEAREST
@@ -69,8 +69,7 @@ void TakeVoxel(
     TakeDependent(SignedNode(nodes[LAST_COMPONENT]), nodes);
   }
   COUNT(contributing, all_);
-  return;
-#endif
+#else
   for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
   {
     float texel = Voxel(PartOf(view, c), voxel);
@@ -84,6 +83,7 @@ void TakeVoxel(
     }
     COUNT(contributing, has);
   }
+#endif
 }
 #else
 

@@ -340,11 +340,11 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
       SetRayLight(c.Light, ray, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
     }
   }
-  if (scene.Missed != nullptr)
+  if (scene.Watched != nullptr)
   {
     c.Watch = {};
-    c.Watch.Missed = scene.Missed[pixel];
-    c.Watch.End = scene.Reach[pixel];
+    c.Watch.Missed = scene.Watched[pixel].Missed;
+    c.Watch.End = scene.Watched[pixel].Reach;
     scene.Lattice[pixel] |= RayInside;
   }
   c.Steps = 0;
@@ -396,10 +396,9 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   {
     scene.Error[pixel] = state.Error;
   }
-  if (scene.Missed != nullptr)
+  if (scene.Watched != nullptr)
   {
-    scene.Missed[pixel] = c.Watch.Missed;
-    scene.Reach[pixel] = c.Watch.End;
+    scene.Watched[pixel] = { c.Watch.Missed, c.Watch.End, first, last };
   }
   position[0] = static_cast<std::int32_t>(at.Brick[0]);
   position[1] = static_cast<std::int32_t>(at.Brick[1]);

@@ -154,7 +154,7 @@ TEST(TransferPlane, TruthSmoothAndNoisyShadedAndNot)
   {
     const auto image = noisy ? MakeImage({}, NoiseField) : MakeImage({});
     const auto source = SourceOfImage(image, BrickEdge, false);
-    Stage stage(24, 24);
+    Stage stage(16, 16);
     SetImage(stage, image);
     for (const Case& c : cases)
     {

@@ -141,7 +141,7 @@ TEST(SecondArray, TruthSmoothAndNoisyShadedAndNot)
   for (const bool noisy : { false, true })
   {
     const TwoArrays two({}, VTK_VOID, noisy);
-    Stage stage(20, 20);
+    Stage stage(16, 16);
     Furnish(stage, two.Image);
     for (const Case& c : cases)
     {

@@ -329,10 +329,8 @@ TEST_P(ErrorEstimate, HoldsOnRandomScenes)
   stage.Mapper->SetBrickSize(BrickEdge);
   stage.Mapper->ErrorEstimateOn();
   Tally tally;
-  // A thousand of the plain kind, half as many of the others. By default fewer, with the marcher of
-  // the GPU still fewer: most scenes are shaders of their own.
-  const int few = TestedMarcher() == vtkOutOfCoreVolumeMapper::MARCHER_GPU ? 20 : 8;
-  const int step = !TakesAll() ? few : GetParam() < BatchesWithoutGradientOpacity ? 1 : 2;
+  // A thousand of the plain kind, half as many of the others.
+  const int step = !TakesAll() ? 8 : GetParam() < BatchesWithoutGradientOpacity ? 1 : 2;
   for (int i = 0; i < ScenesPerBatch && !HasFatalFailure(); i += step)
   {
     DrawScene(static_cast<unsigned>(GetParam() * ScenesPerBatch + i),

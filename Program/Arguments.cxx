@@ -97,7 +97,8 @@ Run AddConvert(CLI::App& app)
   command
     ->add_option("input", options->Input.Name,
       "NIfTI, MetaImage, NRRD, MRC, TIFF, PNG, JPEG, DICOM, VTK, HDF5 or raw file; a folder of "
-      "DICOM, TIFF, PNG or JPEG files, or a pattern (slice*.tif, slice%03d.png); or formula:NAME")
+      "DICOM, TIFF, PNG, JPEG, PNM, BMP or TGA files, or a pattern (slice*.tif, slice%03d.png); or "
+      "formula:NAME")
     ->required()
     ->type_name("IN");
   command

@@ -17,7 +17,6 @@
 #include <fmt/format.h>
 #include <system_error>
 #include <vector>
-#include <vtkBMPReader.h>
 #include <vtkDataArray.h>
 #include <vtkImageData.h>
 #include <vtkImageReader2.h>
@@ -25,11 +24,8 @@
 #include <vtkMetaImageReader.h>
 #include <vtkNIFTIImageReader.h>
 #include <vtkNrrdReader.h>
-#include <vtkPNMReader.h>
-#include <vtkSLCReader.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
 #include <vtkStructuredPointsReader.h>
-#include <vtkTGAReader.h>
 #include <vtkTIFFReader.h>
 #include <vtkXMLImageDataReader.h>
 
@@ -84,10 +80,7 @@ const std::vector<WholeReader>& WholeReaders()
       &OpenImageFile<vtkNIFTIImageReader> },
     { { ".mha", ".mhd" }, &OpenImageFile<vtkMetaImageReader> },
     { { ".nrrd", ".nhdr" }, &OpenImageFile<vtkNrrdReader> },
-    { { ".tif", ".tiff" }, &OpenImageFile<vtkTIFFReader> }, { { ".vtk" }, &OpenLegacyImage },
-    { { ".bmp" }, &OpenImageFile<vtkBMPReader> },
-    { { ".pnm", ".pgm", ".ppm" }, &OpenImageFile<vtkPNMReader> },
-    { { ".tga" }, &OpenImageFile<vtkTGAReader> }, { { ".slc" }, &OpenImageFile<vtkSLCReader> }
+    { { ".tif", ".tiff" }, &OpenImageFile<vtkTIFFReader> }, { { ".vtk" }, &OpenLegacyImage }
   };
   return readers;
 }

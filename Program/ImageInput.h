@@ -24,7 +24,7 @@ struct ImageInput
 /// By extension: NIfTI, MetaImage, NRRD, MRC, TIFF, PNG, JPEG and voxels without a header by our
 /// own readers, VTK's formats and whatever ours leave by VTK's; HDF5. `array`: of a parallel VTK
 /// image, empty for its active scalars. A folder is a DICOM series, else
-/// a stack of TIFF files, else of PNG or JPEG files; so is a pattern. Errors: no such file, an
+/// a stack of TIFF files, else of other pictures; so is a pattern. Errors: no such file, an
 /// extension without a reader, a file that its reader refuses; ResourceExhausted, if VTK reads the
 /// file as a whole and half of `memory` bytes isn't enough.
 Result<ImageInput> OpenImage(const VolumeOptions& options, const ImportOptions& import,

@@ -303,18 +303,13 @@ _IMAGE_READERS = {
     ".nhdr": ("vtkIOImage", "vtkNrrdReader"),
     ".tif": ("vtkIOImage", "vtkTIFFReader"),
     ".tiff": ("vtkIOImage", "vtkTIFFReader"),
-    ".bmp": ("vtkIOImage", "vtkBMPReader"),
-    ".pnm": ("vtkIOImage", "vtkPNMReader"),
-    ".pgm": ("vtkIOImage", "vtkPNMReader"),
-    ".ppm": ("vtkIOImage", "vtkPNMReader"),
-    ".tga": ("vtkIOImage", "vtkTGAReader"),
-    ".slc": ("vtkIOImage", "vtkSLCReader"),
     ".vti": ("vtkIOXML", "vtkXMLImageDataReader"),
 }
 
 # What only the writer reads: it says why it can't.
 _NO_OTHER_READER = (".mrc", ".mrcs", ".map", ".ccp4", ".rec", ".st", ".ali", ".mrc.gz", ".map.gz", ".ccp4.gz",
-                    ".png", ".jpg", ".jpeg", ".dcm")
+                    ".png", ".jpg", ".jpeg", ".bmp", ".pnm", ".pgm", ".ppm", ".tga", ".slc",
+                    ".dcm")
 
 
 def _image_reader(path):

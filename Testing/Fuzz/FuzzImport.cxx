@@ -19,8 +19,9 @@ namespace
 {
 using namespace teravox;
 
-constexpr std::array<const char*, 13> Extensions{ ".mha", ".mhd", ".nrrd", ".nhdr", ".nii",
-  ".nii.gz", ".hdr", ".vtk", ".tif", ".dcm", ".png", ".jpg", ".mrc" };
+constexpr std::array<const char*, 17> Extensions{ ".mha", ".mhd", ".nrrd", ".nhdr", ".nii",
+  ".nii.gz", ".hdr", ".vtk", ".tif", ".dcm", ".png", ".jpg", ".mrc", ".pgm", ".bmp", ".tga",
+  ".slc" };
 constexpr std::size_t Raw =
   Extensions.size();                     // numbers that users give for voxels without a header
 constexpr std::size_t Pattern = Raw + 1; // a name with * and %d

@@ -36,9 +36,10 @@ for kind in ("imaris", "bigdataviewer", "n5", "ngff", "vtkhdf", "amr", "single",
 
 # Images: the first byte says what the rest is, by the order of extensions in FuzzImport.cxx.
 KINDS = (".mha", ".mhd", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".hdr", ".vtk", ".tif", ".dcm", ".png", ".jpg", ".mrc",
+         ".pgm", ".bmp", ".tga", ".slc",
          "raw", "pattern", ".pvti")
 LARGEST_IMAGE = 40000
-SAME = {"jpeg": "jpg"} | dict.fromkeys(("mrcs", "map", "ccp4", "rec", "st", "ali", "map.gz", "mrc.gz"), "mrc")
+SAME = {"jpeg": "jpg"} | dict.fromkeys(("mrcs", "map", "ccp4", "rec", "st", "ali", "map.gz", "mrc.gz"), "mrc") | {"ppm": "pgm", "pnm": "pgm"}
 ENDINGS = re.compile(r"\.(" + "|".join(SAME).replace(".", r"\.") + ")$")
 
 

@@ -5,6 +5,7 @@
 #include "Import/FileList.h"
 #include "Import/ImageVolume.h"
 #include "Import/RawVolume.h"
+#include "Import/SLCVolume.h"
 #include "Import/SliceVoxelReader.h"
 #include "Import/TIFFStack.h"
 #include "ProcessMemory.h"
@@ -47,6 +48,10 @@ Result<Reader> OpenImage(const std::string& name)
   if (EndsWith(name, ".nii") || EndsWith(name, ".nii.gz") || EndsWith(name, ".hdr"))
   {
     return OpenRaw(ReadNIfTIHeader(name, 0));
+  }
+  if (EndsWith(name, ".slc"))
+  {
+    return OpenSLC(name, std::uint64_t{ 1 } << 20);
   }
   for (const char* end :
     { ".mrc", ".mrcs", ".map", ".ccp4", ".rec", ".st", ".ali", ".mrc.gz", ".map.gz" })
@@ -108,6 +113,14 @@ TEST(Import, WhatCantBeReadIsNamed)
     EXPECT_NE(status.Message().find(files->Folder.Path()), std::string::npos) << status.Message();
   };
   expect("gap", StatusCode::Unsupported, "evenly spaced");
+  expect("cut.slc", StatusCode::Corrupt, "is cut off");
+  expect("cut_coded.slc", StatusCode::Corrupt, "is cut off");
+  expect("bits.slc", StatusCode::Unsupported, "other than 8 bits");
+  expect("kind.slc", StatusCode::Unsupported, "another compression");
+  expect("flat.slc", StatusCode::Corrupt, "a spacing that isn't above 0");
+  expect("deep.slc", StatusCode::Corrupt, "is cut off");
+  expect("wide.slc", StatusCode::Corrupt, "runs aren't those of a slice");
+  expect("text.slc", StatusCode::Corrupt, "text.slc");
   expect("two", StatusCode::InvalidArgument, "1.2.1 (2 slices)");
   expect("cut", StatusCode::Corrupt, "0.dcm' is cut off");
   expect("packed.dcm", StatusCode::Unsupported, "1.2.840.10008.1.2.4.");

@@ -108,6 +108,33 @@ def packed_bits(a, bits):
     return np.packbits(each.reshape(a.shape[0], -1), axis=1)
 
 
+# VolVis: a text of numbers, a picture of three bytes per pixel, slices of bytes. Runs: a count and a
+# byte, or with the highest bit a count and as many bytes; 0 at the end.
+def runs(values):
+    out, i = b"", 0
+    while i < len(values):
+        n = 1
+        while n < 127 and i + n < len(values) and values[i + n] == values[i]:
+            n += 1
+        if n > 2:
+            out += bytes([n, values[i]])
+        else:
+            n = min(100, len(values) - i)
+            out += bytes([128 + n]) + bytes(values[i:i + n])
+        i += n
+    return out + b"\0"
+
+
+def slc(a, coded=False, spacing=(1.0, 1.0, 1.0), icon=(3, 2), bits=8, kind=None):
+    out = (f"11111\n{a.shape[2]} {a.shape[1]} {a.shape[0]} {bits}\n{spacing[0]!r} {spacing[1]!r} {spacing[2]!r}\n"
+           f"1 1 0 {int(coded) if kind is None else kind}\n{icon[0]} {icon[1]} X").encode()
+    out += bytes(range(88, 88 + 3 * icon[0] * icon[1]))
+    for z in a:
+        data = runs(z.ravel().tolist()) if coded else z.tobytes()
+        out += (f"{len(data)} X".encode() if coded else b"") + data
+    return out
+
+
 # MRC2014.
 modes = {"i1": 0, "u1": 0, "i2": 1, "f4": 2, "u2": 6, "f2": 12}
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: Teravox contributors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes small images of every kind but PNG and JPEG (image_files.py), listed in `names.txt`:
+"""Writes small images of every kind but pictures of make_pictures.py (image_files.py), listed in `names.txt`:
 make_images.py FOLDER.
 """
 import gzip
@@ -11,7 +11,7 @@ import zlib
 import numpy as np
 
 from format_files import keep, volume
-from image_files import Images, codes, dicom, legacy, meta, met, mrc, nifti, ome, text, tiff, vtk
+from image_files import Images, codes, dicom, legacy, meta, met, mrc, nifti, ome, slc, text, tiff, vtk
 
 images = Images(sys.argv[1])
 put, listed, folder = images.put, images.listed, images.folder
@@ -47,6 +47,20 @@ for z in range(9):
     put(f"slice{z}.bin", a[z].tobytes())
 listed("list.mhd", a)
 listed("pattern.mhd", a)
+
+# VolVis.
+a = volume((9, 17, 23), "u1", 60) // 9 * 9
+for coded in (False, True):
+    put(f"coded_{coded}.slc", slc(a, coded, spacing=(0.5, 0.75, 2.0)))
+    listed(f"coded_{coded}.slc", a, spacing=(0.5, 0.75, 2))
+put("cut.slc", slc(a)[:-1])
+put("cut_coded.slc", slc(a, True)[:-1])
+put("bits.slc", slc(a, bits=16))
+put("kind.slc", slc(a, kind=2))
+put("flat.slc", slc(a, spacing=(1.0, 0.0, 1.0)))
+put("deep.slc", slc(a).replace(b" 17 9 8", b" 17 2000000000 8"))
+put("wide.slc", slc(a, True).replace(b"23 17", b"24 17"))
+put("text.slc", b"11111 2 2 two")
 
 # NRRD.
 a = volume((9, 17, 23), "<f4", 10)

@@ -5,6 +5,7 @@
 #include "DICOMSeries.h"
 #include "FileList.h"
 #include "PictureStack.h"
+#include "SLCVolume.h"
 #include "SliceVoxelReader.h"
 #include "TIFFStack.h"
 
@@ -32,7 +33,8 @@ enum class Kind
   Picture,
   DICOM,
   LegacyVTK,
-  MRC
+  MRC,
+  SLC
 };
 
 struct Extension
@@ -41,13 +43,15 @@ struct Extension
   Kind Of;
 };
 
-constexpr std::array<Extension, 27> Extensions{ { { ".nii", Kind::NIfTI },
+constexpr std::array<Extension, 33> Extensions{ { { ".nii", Kind::NIfTI },
   { ".nii.gz", Kind::NIfTI }, { ".hdr", Kind::NIfTI }, { ".hdr.gz", Kind::NIfTI },
   { ".img", Kind::NIfTI }, { ".img.gz", Kind::NIfTI }, { ".mha", Kind::MetaImage },
   { ".mhd", Kind::MetaImage }, { ".nrrd", Kind::NRRD }, { ".nhdr", Kind::NRRD },
   { ".tif", Kind::TIFF }, { ".tiff", Kind::TIFF }, { ".png", Kind::Picture },
-  { ".jpg", Kind::Picture }, { ".jpeg", Kind::Picture }, { ".dcm", Kind::DICOM },
-  { ".vtk", Kind::LegacyVTK }, { ".mrc", Kind::MRC }, { ".mrcs", Kind::MRC }, { ".map", Kind::MRC },
+  { ".jpg", Kind::Picture }, { ".jpeg", Kind::Picture }, { ".bmp", Kind::Picture },
+  { ".pnm", Kind::Picture }, { ".pgm", Kind::Picture }, { ".ppm", Kind::Picture },
+  { ".tga", Kind::Picture }, { ".dcm", Kind::DICOM }, { ".vtk", Kind::LegacyVTK },
+  { ".slc", Kind::SLC }, { ".mrc", Kind::MRC }, { ".mrcs", Kind::MRC }, { ".map", Kind::MRC },
   { ".ccp4", Kind::MRC }, { ".rec", Kind::MRC }, { ".st", Kind::MRC }, { ".ali", Kind::MRC },
   { ".mrc.gz", Kind::MRC }, { ".map.gz", Kind::MRC }, { ".ccp4.gz", Kind::MRC } } };
 
@@ -162,8 +166,9 @@ Result<ImageVolume> OpenSeveral(
   }
   return Status(StatusCode::NotFound,
     request.Name +
-      (IsPattern(request.Name) ? " matches no DICOM, TIFF, PNG or JPEG files."
-                               : " is a folder without DICOM, TIFF, PNG or JPEG files."));
+      (IsPattern(request.Name)
+          ? " matches no DICOM, TIFF, PNG, JPEG, PNM, BMP or TGA files."
+          : " is a folder without DICOM, TIFF, PNG, JPEG, PNM, BMP or TGA files."));
 }
 
 Result<ImageVolume> OpenVoxels(
@@ -209,6 +214,8 @@ Result<ImageVolume> OpenAny(const ImageVolume::Request& request)
       return OpenVoxels(ReadLegacyVTKHeader(name), name, request.Memory);
     case Kind::MRC:
       return OpenVoxels(ReadMRCHeader(name, request.TimePoint), name, request.Memory);
+    case Kind::SLC:
+      return OfReader(OpenSLC(name, request.Memory / 4), request.Memory, { name });
     case Kind::TIFF:
       return OpenStack(request, { name });
     case Kind::Picture:

@@ -14,8 +14,8 @@ namespace teravox
 {
 
 /// A volume of image files that is read piece by piece: MetaImage, NRRD, NIfTI, MRC, legacy VTK,
-/// stacks of TIFF files or pages, of PNG or JPEG files, series of DICOM files, voxels without a
-/// header.
+/// stacks of TIFF files or pages, of PNG, JPEG, PNM, BMP or TGA files, series of DICOM files,
+/// voxels without a header.
 struct ImageVolume
 {
   struct Request

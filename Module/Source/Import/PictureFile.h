@@ -16,8 +16,9 @@
 namespace teravox
 {
 
-/// A PNG or JPEG file: its header has been read, its pixels can be. Both libraries report errors by
-/// jumps, which here pass frames without destructors only, and have nothing to print.
+/// A PNG, JPEG, PNM, BMP or TGA file: its header has been read, its pixels can be. The libraries of
+/// the first two report errors by jumps, which here pass frames without destructors only, and have
+/// nothing to print.
 /// Thread: one at a time.
 class PictureFile
 {
@@ -26,7 +27,10 @@ public:
   {
     None,
     PNG,
-    JPEG
+    JPEG,
+    PNM,
+    BMP,
+    TGA
   };
 
   struct Header : Picture
@@ -36,12 +40,13 @@ public:
     std::uint64_t DecoderBytes = 0;        ///< of memory that Read() takes beside its output
   };
 
-  /// By the first bytes; None for what can't be read, too.
+  /// By the first bytes, TGA by its name; None for what can't be read, too.
   static Format FormatOf(const std::string& fileName);
 
   /// Reads the header, and nothing into memory whose size it says. Errors: NotFound, InputOutput,
-  /// Corrupt; Unsupported (no regular file, JPEG with other colours than grey and RGB, of other
-  /// than 8 bits, or coded in an unusual way).
+  /// Corrupt; Unsupported (no regular file; JPEG with other colours than grey and RGB, of other
+  /// than 8 bits, or coded in an unusual way; PBM; BMP and TGA with pixels of 15 or 16 bits;
+  /// compressed BMP).
   static Result<std::unique_ptr<PictureFile>> Open(const std::string& fileName);
 
   PictureFile(const PictureFile&) = delete;
@@ -75,6 +80,16 @@ protected:
   std::byte* Row(std::size_t fromAbove, std::byte* out) const;
   /// Like fread(); sets Error if there are no bytes left, or on an error of the system.
   std::size_t Take(void* to, std::size_t size);
+  /// Like fgetc(), and so.
+  int Next();
+  /// Takes the next character if it is this one.
+  void SkipIf(char wanted);
+  /// To a byte of the file; false, with Error set, if it ends before.
+  bool Seek(std::uint64_t to);
+  std::uint64_t BytesLeft() const;
+  /// Sets Error; false.
+  bool Fail(const char* text, bool refused = false);
+  static constexpr std::uint64_t BufferBytes = 8192; ///< of an open file
 
   Header Head;
   std::array<char, 256> Error{};
@@ -83,6 +98,9 @@ protected:
 private:
   static std::unique_ptr<PictureFile> OfPNG(const std::string& fileName, Stream file);
   static std::unique_ptr<PictureFile> OfJPEG(const std::string& fileName, Stream file);
+  static std::unique_ptr<PictureFile> OfPNM(const std::string& fileName, Stream file);
+  static std::unique_ptr<PictureFile> OfBMP(const std::string& fileName, Stream file);
+  static std::unique_ptr<PictureFile> OfTGA(const std::string& fileName, Stream file);
   Status Failure() const;
 
   std::string Name;

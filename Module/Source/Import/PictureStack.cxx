@@ -57,7 +57,7 @@ Result<std::shared_ptr<VoxelReader>> PictureStack::Open(const Request& request)
 {
   if (request.Files.empty())
   {
-    return Status(StatusCode::InvalidArgument, "There are no PNG or JPEG files.");
+    return Status(StatusCode::InvalidArgument, "There are no picture files.");
   }
   PictureFile::Header all;
   for (const std::string& name : request.Files)
@@ -76,7 +76,7 @@ Result<std::shared_ptr<VoxelReader>> PictureStack::Open(const Request& request)
     {
       return Status(StatusCode::InvalidArgument,
         "'" + request.Files.front() + "' and '" + name +
-          "' are a PNG and a JPEG file; choose those of one format by a pattern of their names.");
+          "' are of two formats; choose those of one by a pattern of their names.");
     }
     const Status status = CheckAlike(name, header, all);
     if (!status.Ok())

@@ -6,6 +6,8 @@
 #include "vtkBrickSource.h"
 #include "vtkCommunicator.h"
 #include "vtkDoubleArray.h"
+#include "vtkFloatArray.h"
+#include "vtkIdList.h"
 #include "vtkImageData.h"
 #include "vtkMath.h"
 #include "vtkMatrix3x3.h"
@@ -14,6 +16,7 @@
 #include "vtkOutOfCoreVolumeMapper.h"
 #include "vtkPVSession.h"
 #include "vtkProp3D.h"
+#include "vtkRenderer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -138,7 +141,10 @@ bool ProcessShare::Choose(vtkBrickSource* source, vtkImageData* image, vtkProp3D
   const auto first =
     std::find_if(all.begin(), all.end(), [](const Word& w) { return w.HasPyramid > 0; });
   // The same on all processes, as what follows from it is.
-  const bool complete = this->Divided && this->FactsTogether()->Converged > 0;
+  // What was left out, as others hid it, would be needed from another side: blocks that moved for
+  // that would be read again and again.
+  const auto together = this->Divided ? this->FactsTogether() : std::nullopt;
+  const bool complete = together && together->Converged > 0 && together->LeftOut == 0;
   this->Divided = all.size() > 1 &&
     std::all_of(all.begin(), all.end(), [](const Word& w) { return w.CanDivide > 0; });
 
@@ -187,6 +193,7 @@ std::optional<ProcessFacts> ProcessShare::FactsTogether() const
     together.BricksLoaded += one.BricksLoaded;
     together.Read += one.Read;
     together.Needed += one.Needed;
+    together.LeftOut = std::max(together.LeftOut, one.LeftOut);
     together.GPUMemory = std::max(together.GPUMemory, one.GPUMemory);
     together.HostMemory = std::max(together.HostMemory, one.HostMemory);
   }
@@ -203,6 +210,15 @@ double ProcessShare::NeedOf(vtkOutOfCoreVolumeMapper* drawn) const
   drawn->AddBrickWeights(this->Split, weights);
   const double* first = weights->GetPointer(0);
   return std::accumulate(first, first + weights->GetNumberOfValues(), 0.0) / Mebibyte;
+}
+
+bool ProcessShare::OpacityInFront(
+  vtkRenderer* renderer, vtkProp3D* prop, vtkFloatArray* ofAll, vtkFloatArray* inFront)
+{
+  vtkNew<vtkIdList> order;
+  return this->Which == Part::Block && this->Split->GetFrontToBack(renderer, prop, order) &&
+    this->Split->GetOpacityInFront(
+      ofAll, order, vtkMultiProcessController::GetGlobalController()->GetLocalProcessId(), inFront);
 }
 
 void ProcessShare::Balance(vtkOutOfCoreVolumeMapper* drawn, vtkMultiProcessController* controller)

@@ -11,11 +11,13 @@
 class vtkBlockSplit;
 class vtkBrickSource;
 class vtkDoubleArray;
+class vtkFloatArray;
 class vtkImageData;
 class vtkMultiProcessController;
 class vtkOutOfCoreVolumeMapper;
 class vtkPVSession;
 class vtkProp3D;
+class vtkRenderer;
 
 /// What a process tells of its last frame and of what it has done: counts, MiB, and 1 or 0.
 struct ProcessFacts
@@ -29,7 +31,8 @@ struct ProcessFacts
   double Read = 0;
   double GPUMemory = 0;
   double HostMemory = 0;
-  double Needed = 0; ///< MiB of bricks that rays of the last frame needed, while blocks are drawn
+  double Needed = 0;  ///< MiB of bricks that rays of the last frame needed, while blocks are drawn
+  double LeftOut = 0; ///< 1: the last frame is without what others hide
 };
 
 /// What of a volume this process draws, where ParaView runs on several that hold pieces of its
@@ -56,10 +59,10 @@ public:
   /// same everywhere. Blocks are divided where it can, where all processes have the image where
   /// the source says, and where neither direction matrix nor prop turn the volume other than by
   /// right angles: ParaView sorts processes by bounds along the world's axes.
-  /// Where blocks were drawn completely, they are divided by what rays needed, if that takes so
-  /// much off the process that needed most that it is worth to read bricks anew. `drawn`: what has
-  /// drawn, of this process. `facts`: likewise. Returns whether something has changed, the same on
-  /// all processes of the server.
+  /// Where blocks were drawn completely, nothing left out, they are divided by what rays needed, if
+  /// that takes so much off the process that needed most that it is worth to read bricks anew.
+  /// `drawn`: what has drawn, of this process. `facts`: likewise. Returns whether something has
+  /// changed, the same on all processes of the server.
   bool Choose(vtkBrickSource* source, vtkImageData* image, vtkProp3D* prop, bool blendable,
     vtkOutOfCoreVolumeMapper* drawn, const ProcessFacts& facts, vtkPVSession* session);
 
@@ -71,6 +74,11 @@ public:
   /// bounds in the world, a point of the volume where it has no voxels.
   const int* Extent() const { return this->BlockExtent; }
   const double* Bounds() const { return this->BlockBounds; }
+  /// What lies in front of this process's block, by the tiles of all processes, one after the other
+  /// (vtkBlockSplit::GetOpacityInFront()). Returns false where no block is drawn or there is no
+  /// order.
+  bool OpacityInFront(
+    vtkRenderer* renderer, vtkProp3D* prop, vtkFloatArray* ofAll, vtkFloatArray* inFront);
   /// The axis-aligned box in the world of bounds that `prop` moves; not valid where those aren't.
   static vtkBoundingBox InWorld(const double bounds[6], vtkProp3D* prop);
 

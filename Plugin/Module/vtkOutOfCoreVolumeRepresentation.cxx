@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkOutOfCoreVolumeRepresentation.h"
 
+#include "OpacityExchange.h"
 #include "ProcessShare.h"
 #include "vtkAlgorithmOutput.h"
 #include "vtkBrickSource.h"
@@ -113,6 +114,7 @@ public:
 
   std::map<double, Part> Parts; // by the key under which the view keeps frames of animations
   ProcessShare Share;
+  OpacityExchange Exchange;
   bool Updated = false; // RequestData() has run in this update
   vtkNew<vtkDoubleArray> ReadOfProcesses;
   vtkNew<vtkDoubleArray> NeededOfProcesses;
@@ -304,6 +306,7 @@ int vtkOutOfCoreVolumeRepresentation::ProcessViewRequest(
   this->UpdateMapperParameters();
   this->OutlineMapper->SetInputConnection(vtkPVRenderView::GetPieceProducer(inInfo, this, 1));
   this->ChooseFrameTime(inInfo);
+  this->LearnOfOthers(inInfo);
   return 1;
 }
 
@@ -342,6 +345,15 @@ void vtkOutOfCoreVolumeRepresentation::ChooseFrameTime(vtkInformation* inInfo)
     }
   }
   this->GetMapper()->SetFrameTimeBudget(time);
+}
+
+void vtkOutOfCoreVolumeRepresentation::LearnOfOthers(vtkInformation* inInfo)
+{
+  vtkInternals& in = *this->Internals;
+  auto* view = vtkPVRenderView::SafeDownCast(inInfo->Get(vtkPVView::VIEW()));
+  const bool willing = this->ExchangeOpacities && view && !view->InTileDisplayMode() &&
+    !view->InCaveDisplayMode() && this->GetMapper()->GetFrameTimeBudget() == 0;
+  in.Exchange.Before(view, in.Share, this->Actor, this->GetMapper(), willing);
 }
 
 void vtkOutOfCoreVolumeRepresentation::UpdateMapperParameters()
@@ -498,6 +510,7 @@ ProcessFacts vtkOutOfCoreVolumeRepresentation::FactsHere()
   facts.GPUMemory = MebibytesOf(mapper->GetGPUMemoryUsed());
   facts.HostMemory = MebibytesOf(mapper->GetHostMemoryUsed());
   facts.Needed = in.Share.NeedOf(mapper);
+  facts.LeftOut = in.Exchange.LeavesOut() ? 1 : 0;
   return facts;
 }
 
@@ -571,6 +584,7 @@ void vtkOutOfCoreVolumeRepresentation::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "InteractiveFrameTime: " << this->InteractiveFrameTime << "\n";
+  os << indent << "ExchangeOpacities: " << this->ExchangeOpacities << "\n";
   os << indent << "VolumeMapper:\n";
   this->VolumeMapper->PrintSelf(os, indent.GetNextIndent());
 }

@@ -80,6 +80,16 @@ public:
 
   ///@{
   /**
+   * Whether processes that draw blocks tell each other, before a picture that is to be complete,
+   * the opacities of their pictures, and load nothing that those in front hide in this view. It
+   * takes a frame more. Default on.
+   */
+  vtkSetMacro(ExchangeOpacities, bool);
+  vtkGetMacro(ExchangeOpacities, bool);
+  ///@}
+
+  ///@{
+  /**
    * Settings that ParaView has for its own mapper. The mapper to be used isn't a choice here. The
    * others go to vtkOutOfCoreVolumeMapper, which warns that it doesn't support them.
    */
@@ -150,8 +160,10 @@ private:
   ProcessFacts FactsHere();
   ProcessFacts Facts();
   void ChooseFrameTime(vtkInformation* inInfo);
+  void LearnOfOthers(vtkInformation* inInfo);
 
   double InteractiveFrameTime = 0.1;
+  bool ExchangeOpacities = true;
   class vtkInternals;
   std::unique_ptr<vtkInternals> Internals;
 };

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: Teravox contributors
 # SPDX-License-Identifier: BSD-3-Clause
 """For pvbatch: pictures of pyramids and of an ordinary image as arrays, and what each process did as JSON:
-parallel_scene.py <folder> [few | balance]."""
+parallel_scene.py <folder> [few | balance | hidden | seen]."""
 import json
 import os
 import sys
@@ -11,6 +11,7 @@ import numpy as np
 from support import fact, facts, look, new_view, pv, screenshot, show, path_of, tell
 
 SHELLS = [(4000, 0.1, 0.2, 0.8, 0), (12000, 0.2, 0.8, 0.3, 0.02), (21000, 1, 0.4, 0.1, 0.5)]
+BALL = [(6000, 0.1, 0.2, 0.8, 0), (7000, 0.9, 0.6, 0.3, 1), (40000, 1, 0.4, 0.1, 1)]
 WAVELET = [(40, 0.1, 0.2, 0.8, 0), (150, 0.2, 0.8, 0.3, 0.02), (270, 1, 0.4, 0.1, 0.5)]
 
 folder = sys.argv[1]
@@ -102,9 +103,29 @@ def balanced_pictures():
         told["needed"][name] = facts(display, "NeededMiBOfProcesses")
 
 
+def hidden_pictures(exchange):
+    """An opaque ball, first coarsely, then as it is: what one process hides from the other needn't be read."""
+    reader = pv.OpenDataFile(path_of("shells.h5"))
+    reader.BrickSize = 16
+    display = show(reader, view, BALL, unit=1)
+    display.ExchangeOpacities = exchange
+    display.MinimumLevel = display.MaximumLevel = 2
+    look(view, 80, 5)
+    picture("coarse", display)
+    display.MinimumLevel = display.MaximumLevel = 0
+    picture("hidden", display)
+    for name, angle in (("near", 4), ("farther", 14)):
+        camera = view.GetActiveCamera()
+        camera.Azimuth(angle)
+        view.CameraPosition, view.CameraViewUp = camera.GetPosition(), camera.GetViewUp()
+        picture(name, display)
+
+
 mode = sys.argv[2] if len(sys.argv) > 2 else "all"
 if mode == "balance":
     balanced_pictures()
+elif mode in ("hidden", "seen"):
+    hidden_pictures(1 if mode == "hidden" else 0)
 else:
     source = pv.OpenDataFile(path_of("shells.h5"))
     volume = show(source, view, SHELLS, unit=2)

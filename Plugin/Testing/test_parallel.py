@@ -17,6 +17,7 @@ script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "parallel_scen
 # Each process draws a block, and IceT blends 8 bits of each.
 FEW = {"pyramid", "behind", "above", "shaded"}
 BALANCED = {"moved", "still"}
+BALL = {"coarse", "hidden", "near", "farther"}
 BLOCKS = FEW | {"parallel", "inside", "cropped", "scaled", "again"}
 # The first process draws all, IceT brings its 8 bits onto the background.
 FIRST = {"turned", "maximum", "two"}
@@ -40,7 +41,7 @@ def compare(one, many, facts, processes):
         print("%d processes, %s: largest difference %d, mean %.3f, blocks %d" % (
             processes, name, difference.max(), difference.mean(), facts["blocks"][name]), flush=True)
         right = difference.mean() < 1.5 if name in PIECES else difference.max() <= processes
-        if not right or facts["blocks"][name] != (name in BLOCKS | BALANCED) or facts["converged"][name] != 1:
+        if not right or facts["blocks"][name] != (name in BLOCKS | BALANCED | BALL) or facts["converged"][name] != 1:
             yield "%s by %d processes" % (name, processes)
 
 
@@ -71,4 +72,20 @@ for processes in (2, 4):
     assert busiest["even"] > 1.4 and busiest["moved"] < 0.8 * busiest["even"], busiest
     assert told["needed"]["still"] == told["needed"]["moved"], told["needed"]
     assert told["read"]["still"] == told["read"]["moved"], told["read"]
+
+# What a process knows to be hidden by the others isn't read, and is no part of the picture.
+one, _ = run([], "seen")
+for processes in (2, 4):
+    launcher = [mpirun, "-np", str(processes), "--oversubscribe"]
+    read = {}
+    for mode in ("seen", "hidden"):
+        many, told = run(launcher, mode)
+        assert set(many) == BALL, sorted(many)
+        failures += compare(one, many, told, processes)
+        read[mode] = {name: sum(told["read"][name]) for name in BALL}
+    print("%d processes, MiB read: %s" % (processes, "; ".join("%s %.2f, knowing of each other %.2f" % (
+        name, read["seen"][name], read["hidden"][name]) for name in ("coarse", "hidden", "near", "farther"))), flush=True)
+    assert abs(read["hidden"]["coarse"] - read["seen"]["coarse"]) < 0.01 * read["seen"]["coarse"], read
+    for name in ("hidden", "near", "farther"):
+        assert read["hidden"][name] < 0.93 * read["seen"][name], (name, read)
 assert not failures, failures

@@ -88,7 +88,8 @@ TEST(ProgramImport, RawVoxelsAreDescribedByArguments)
   expect({ raw, out, "--raw", "--dimensions", "23", "17", "9", "--type", "f16" }, 1, "'f16'");
   expect({ files->File("gap"), out }, 1, "evenly spaced");
   expect({ files->File("two"), out }, 1, "choose one by its UID");
-  expect({ files->File("stack/*.png"), out }, 1, "matches no DICOM, TIFF, PNG, JPEG, PNM, BMP or TGA files");
+  expect({ files->File("stack/*.png"), out }, 1,
+    "matches no DICOM, TIFF, PNG, JPEG, PNM, BMP or TGA files");
   expect({ files->File("local_u2.mha"), out, "--array", "density" }, 1, "MetaImage");
   EXPECT_FALSE(std::filesystem::exists(out));
 }

@@ -5,6 +5,9 @@ import os
 import tempfile
 
 import numpy as np
+from paraview.modules.vtkRemotingViews import vtkSMTransferFunctionProxy
+from vtkmodules.numpy_interface import dataset_adapter as dsa
+from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from support import (Case, SIZE, array_name, fact, look, main, memory, pixels_of, plain_picture, plain_window, pv,
                      screenshot, server_object, show, path_of)
@@ -68,6 +71,25 @@ class Pictures(Case):
         self.assertLess(np.abs(stock - ours).mean(), 6)
         display.Shade = 0
         self.assertGreater(np.abs(screenshot(self.view) - ours).mean(), 6)
+
+    def test_histogram_and_legend(self):
+        """What the colour map editor draws: a histogram of the level that is presented, and the legend."""
+        reader, display = self.shells()
+        colours = display.LookupTable
+        colours.RescaleTransferFunction(4000, 21000)
+        picture = screenshot(self.view)
+        table = vtkSMTransferFunctionProxy.ComputeDataHistogramTable(colours.SMProxy, 34)
+        centres, counts = (vtk_to_numpy(table.GetColumn(i)) for i in range(2))
+        image = dsa.WrapDataObject(pv.servermanager.Fetch(reader))
+        values = np.asarray(image.PointData[array_name(reader)]).ravel()
+        expected, edges = np.histogram(np.clip(values, 4000, 21000), 34, (4000, 21000))
+        np.testing.assert_allclose(centres, (edges[1:] + edges[:-1]) / 2)
+        self.assertEqual(counts.sum(), values.size)
+        # A value on an edge belongs to either side.
+        self.assertLess(np.abs(counts - expected).max(), 0.01 * values.size)
+        self.assertGreater((counts > 0).sum(), 30)
+        display.SetScalarBarVisibility(self.view, True)
+        self.assertGreater(np.abs(screenshot(self.view) - picture).max(), 50)
 
     def test_cropping(self):
         reader, display = self.shells()

@@ -160,7 +160,7 @@ protected:
       return this->File->Read(from, bytes);
     }
     std::vector<std::uint8_t> coded(static_cast<std::size_t>(from.Size));
-    const Status status = this->File->Read(from, coded.data());
+    Status status = this->File->Read(from, coded.data());
     if (!status.Ok())
     {
       return status;

@@ -349,7 +349,7 @@ def convert(
 ) -> dict[str, int]:
     """Writes a volume into an HDF5 pyramid, in bounded memory.
 
-    data: a path of an image (NIfTI, MetaImage, NRRD, MRC, TIFF, PNG, JPEG, DICOM, VTI) or HDF5 file,
+    data: a path of an image (NIfTI, MetaImage, NRRD, MRC, TIFF, PNG, JPEG, BMP, DICOM, VTI) or HDF5 file,
         of a folder of TIFF, PNG, JPEG or DICOM slices, or a pattern of their names (slice*.tif,
         slice%03d.png); an array (of a list, the finest is written); a VTK algorithm with an image as
         output.

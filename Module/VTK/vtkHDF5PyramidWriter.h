@@ -53,9 +53,9 @@ public:
 
   ///@{
   /**
-   * An image to write instead of an input: MetaImage, NRRD, NIfTI, MRC, TIFF, PNG, JPEG, DICOM; one
-   * file, a folder of slices, or a pattern of their names, with * or %03d. ArrayName has no effect.
-   * Default: empty, the input.
+   * An image to write instead of an input: MetaImage, NRRD, NIfTI, MRC, TIFF, PNG, JPEG, PNM, BMP,
+   * TGA, DICOM; one file, a folder of slices, or a pattern of their names, with * or %03d.
+   * ArrayName has no effect. Default: empty, the input.
    */
   void SetImageFileName(VTK_FILEPATH const char* name);
   const char* GetImageFileName() const { return this->ImageFileName.c_str(); }

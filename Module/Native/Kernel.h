@@ -340,11 +340,11 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
       SetRayLight(c.Light, ray, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
     }
   }
-  if (scene.Watched != nullptr)
+  if (scene.Missed != nullptr)
   {
     c.Watch = {};
-    c.Watch.Missed = scene.Watched[pixel].Missed;
-    c.Watch.End = scene.Watched[pixel].Reach;
+    c.Watch.Missed = scene.Missed[pixel];
+    c.Watch.End = scene.Reach[pixel];
     scene.Lattice[pixel] |= RayInside;
   }
   c.Steps = 0;
@@ -396,9 +396,10 @@ inline void MarchRay(Context& c, NativeReport& report, int x, int y)
   {
     scene.Error[pixel] = state.Error;
   }
-  if (scene.Watched != nullptr)
+  if (scene.Missed != nullptr)
   {
-    scene.Watched[pixel] = { c.Watch.Missed, c.Watch.End, first, last };
+    scene.Missed[pixel] = c.Watch.Missed;
+    scene.Reach[pixel] = c.Watch.End;
   }
   position[0] = static_cast<std::int32_t>(at.Brick[0]);
   position[1] = static_cast<std::int32_t>(at.Brick[1]);

@@ -146,7 +146,7 @@ __attribute__((noinline)) void IntegrateLinear(
   const Corners k = LoadCorners<T>(view, v.At);
   const LotField field = RangesOf<T>(c.Table, view, v, k);
   const bool skip = c.P.Switches[0] != 0;
-  const bool watch = c.Scene.Watched != nullptr;
+  const bool watch = c.Scene.Missed != nullptr;
   Ints visible = field.Valid;
   if (skip || watch)
   {

@@ -122,16 +122,27 @@ inline float NearestRay(const MarchParameters& p, int level, float depth, float 
 // Around a pixel: how far apart along the rays the places are where they and the nearest ones enter
 // the volume, or what is left of it, and where they leave it, in voxels of the level there. On a
 // face that is seen at a grazing angle neighbours meet voxels that have nothing to do with each
-// other. All of them are inside.
+// other.
 inline float ApartOnFaces(const NativeScene& scene, const Neighbourhood& around, const Ray& ray,
   int level, float begin, float end, bool over)
 {
   float most = 0;
   for (const std::size_t n : around.Nearest)
   {
+    const auto width = static_cast<std::size_t>(scene.Width);
+    const auto x = static_cast<int>(n % width);
+    const auto y = static_cast<int>(n / width);
+    const Ray other =
+      MakeRay(*scene.Parameters, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+    float first = 0;
+    float last = 0;
+    float lit = 0;
+    if (!FindInterval(scene, other, x, y, first, last, lit))
+    {
+      return FarAway;
+    }
     // Behind rays that are over nothing is seen of the face where they would leave.
-    const WatchedRay& other = scene.Watched[n];
-    most = Max(most, Max(Abs(other.Begin - begin), over ? 0.0f : Abs(other.End - end)));
+    most = Max(most, Max(Abs(first - begin), over ? 0.0f : Abs(last - end)));
   }
   const Quad direction = ray.Direction *
     (1.0f / ToFloat(Load(scene.Parameters->LevelFactor[static_cast<std::size_t>(level)])));
@@ -166,8 +177,8 @@ inline void LookAround(
   for (const std::size_t n : b.Around.Nearest)
   {
     b.Inside = b.Inside && (scene.Lattice[n] & RayInside) != 0;
-    b.Missed = Max(b.Missed, scene.Watched[n].Missed);
-    b.Reach = Max(b.Reach, scene.Watched[n].Reach);
+    b.Missed = Max(b.Missed, scene.Missed[n]);
+    b.Reach = Max(b.Reach, scene.Reach[n]);
     b.Spent = Max(b.Spent, scene.Error != nullptr ? scene.Error[n] : 0.0f);
     b.Over = b.Over && scene.Color[4 * n + 3] <= scene.Parameters->Step[2];
   }
@@ -250,7 +261,8 @@ inline bool IsInterpolated(
   Quad value = Max(InTheMiddle(b.Around), none);
   value = WithFourth(value, Min(value[3], 1.0f));
   __builtin_memcpy(scene.Color + 4 * pixel, &value, sizeof(value));
-  scene.Watched[pixel] = { b.Missed, b.Reach, begin, end };
+  scene.Missed[pixel] = b.Missed;
+  scene.Reach[pixel] = b.Reach;
   if (scene.Error != nullptr)
   {
     scene.Error[pixel] = b.Spent + b.Difference * WeightAt(nearest) + b.Missed;
@@ -263,7 +275,8 @@ inline void BeginAnew(const NativeScene& scene, std::size_t pixel)
 {
   const Quad nothing = { 0.0f, 0.0f, 0.0f, 1.0f };
   __builtin_memcpy(scene.Color + 4 * pixel, &nothing, sizeof(nothing));
-  scene.Watched[pixel] = {};
+  scene.Missed[pixel] = 0.0f;
+  scene.Reach[pixel] = NativeScene::NothingReached;
   if (scene.Error != nullptr)
   {
     scene.Error[pixel] = 0.0f;

@@ -138,7 +138,8 @@ void NativeView::Resize(int width, int height, bool estimate, bool firstHit, boo
   this->Depth.assign(pixels, 1);
   this->Error.assign(estimate ? pixels : 0, 0);
   this->Lattice.assign(pixels, 0);
-  this->Watched.assign(pixels, {});
+  this->Missed.assign(pixels, 0);
+  this->Reach.assign(pixels, 0);
   this->FirstHit.assign(firstHit ? 2 * pixels : 0, NoHit);
   this->Lengths.assign(lengths ? 4 * pixels : 0, 0);
 }
@@ -161,7 +162,8 @@ void NativeView::Clear(int stage, const LatticeLimits& limits, const std::array<
   {
     return;
   }
-  std::fill(this->Watched.begin(), this->Watched.end(), WatchedRay{});
+  std::fill(this->Missed.begin(), this->Missed.end(), 0.0f);
+  std::fill(this->Reach.begin(), this->Reach.end(), NativeScene::NothingReached);
   for (std::size_t i = 0; i < this->Lattice.size(); ++i)
   {
     const auto x = static_cast<int>(i % static_cast<std::size_t>(this->Width));
@@ -183,7 +185,8 @@ void NativeView::CastAll()
       const std::array<float, 4> nothing{ 0, 0, 0, 1 };
       std::copy(
         nothing.begin(), nothing.end(), this->Color.begin() + static_cast<std::ptrdiff_t>(4 * i));
-      this->Watched[i] = {};
+      this->Missed[i] = 0;
+      this->Reach[i] = NativeScene::NothingReached;
       if (!this->Error.empty())
       {
         this->Error[i] = 0;
@@ -307,7 +310,8 @@ void SetView(NativeScene& scene, NativeView& view, int width, int height)
   if (view.HasLattice)
   {
     scene.Lattice = view.Lattice.data();
-    scene.Watched = view.Watched.data();
+    scene.Missed = view.Missed.data();
+    scene.Reach = view.Reach.data();
     scene.LatticeTolerance = static_cast<float>(view.Limits.Error);
     scene.LatticeMissed = static_cast<float>(view.Limits.Missed);
     scene.LatticeDistance = static_cast<float>(view.Limits.Distance);

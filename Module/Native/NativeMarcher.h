@@ -28,7 +28,8 @@ struct NativeView
   std::vector<float> Error;           ///< what the colour may be off; empty if nobody asks
   /// Of a picture that is interpolated between rays (ImageLattice.h): see NativeScene.
   std::vector<std::uint8_t> Lattice;
-  std::vector<WatchedRay> Watched;
+  std::vector<float> Missed;
+  std::vector<float> Reach;
   bool HasLattice = false;    ///< whether the picture is one
   int LatticeStage = 0;       ///< that has to be decided on next; 0: all have been
   bool LatticeChosen = false; ///< whether LatticeStep::Choose was done for it
@@ -52,7 +53,7 @@ struct NativeView
   void FillDeferred();
   /// Depth becomes that of a slice where opaque geometry isn't in front of it, else NaN.
   void SetSlice(const std::vector<float>& slice, const IntervalParameters& intervals);
-  static constexpr std::uint64_t BytesPerPixel = 53; ///< without Error, FirstHit and Lengths
+  static constexpr std::uint64_t BytesPerPixel = 45; ///< without Error, FirstHit and Lengths
   static constexpr float NoHit = 3.0e38f;
 
 private:

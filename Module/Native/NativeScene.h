@@ -12,17 +12,6 @@ namespace teravox
 
 struct NativeReport;
 
-/// Of a picture that is interpolated between rays: what one of them met (KernelWatch.h). As it
-/// begins, nothing.
-struct WatchedRay
-{
-  float Missed = 0; ///< most that spots beside it may add to the picture or take away
-  /// Depth behind which it met nothing that may be visible.
-  float Reach = -std::numeric_limits<float>::max();
-  float Begin = 0; ///< depths between which it is in what is left of the volume
-  float End = 0;
-};
-
 /// Everything that a pass of the native marcher reads and writes, as plain pointers: what the
 /// bindings of Shaders/Library/Bindings.glsl are for the GLSL one. Thread: shared by all threads
 /// of a pass; rays write their own pixels, stamps are single bytes written atomically.
@@ -32,6 +21,8 @@ struct NativeScene
   static constexpr std::uint8_t RayDeferred = 1; ///< of Lattice: it isn't cast yet
   static constexpr std::uint8_t RayInside = 2;   ///< of Lattice: it meets the volume
   static constexpr std::uint8_t RayBetween = 4;  ///< of Lattice: it will be interpolated
+  /// Reach of a ray that has met nothing.
+  static constexpr float NothingReached = -std::numeric_limits<float>::max();
   /// Of Lattice: it isn't what interpolation would have given.
   static constexpr std::uint8_t RaySurprising = 8;
   static constexpr std::uint8_t RayJudged = 16; ///< of Lattice: whether it is, is known
@@ -104,9 +95,11 @@ struct NativeScene
   float* FirstHit = nullptr; ///< depth and level at which the transmittance is Value[3], or nothing
 
   /// Of a picture of which some pixels are interpolated (ImageLattice.h), else null: per pixel
-  /// what is known of its ray (RayDeferred, RayInside), and what it met.
+  /// what is known of its ray (RayDeferred, RayInside), and what it may have missed
+  /// (KernelWatch.h).
   std::uint8_t* Lattice = nullptr;
-  WatchedRay* Watched = nullptr;
+  float* Missed = nullptr;
+  float* Reach = nullptr;     ///< depth behind which a ray met nothing that may be visible
   float LatticeTolerance = 0; ///< LatticeLimits
   float LatticeMissed = 0;
   float LatticeDistance = 0;

@@ -221,7 +221,11 @@ void OpacityExchange::Before(vtkPVRenderView* view, ProcessShare& share, vtkProp
     mapper->ConfirmHidden(inFront))
   {
     this->Confirmed = now;
-    this->Proven = true;
+    // As much in front as ends a ray: only that leaves anything out.
+    const float least = static_cast<float>(1 - 0.25 * mapper->GetImageErrorTolerance());
+    const float* first = inFront->GetPointer(0);
+    this->Proven = std::any_of(
+      first, first + inFront->GetNumberOfValues(), [=](float one) { return one >= least; });
     return;
   }
   mapper->SuspectHidden(nullptr);

@@ -55,28 +55,35 @@ struct Neighbourhood
   std::size_t Nearest[4];
 };
 
+// The pixel of the lattice at i and j: -3, -1, 1, 3.
+inline std::size_t LatticePixel(const NativeScene& scene, std::size_t pixel, std::ptrdiff_t half,
+  bool center, std::ptrdiff_t i, std::ptrdiff_t j)
+{
+  const auto width = static_cast<std::ptrdiff_t>(scene.Width);
+  const std::ptrdiff_t x = center ? i : (i + j) / 2;
+  const std::ptrdiff_t y = center ? j : (i - j) / 2;
+  return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(pixel) + half * (x + width * y));
+}
+
+inline void TakeNearest(
+  const NativeScene& scene, std::size_t pixel, std::ptrdiff_t half, bool center, Neighbourhood& n)
+{
+  n.Nearest[0] = LatticePixel(scene, pixel, half, center, -1, -1);
+  n.Nearest[1] = LatticePixel(scene, pixel, half, center, -1, 1);
+  n.Nearest[2] = LatticePixel(scene, pixel, half, center, 1, -1);
+  n.Nearest[3] = LatticePixel(scene, pixel, half, center, 1, 1);
+}
+
 inline void TakeRaysAround(
   const NativeScene& scene, std::size_t pixel, std::ptrdiff_t half, bool center, Neighbourhood& n)
 {
-  const auto width = static_cast<std::ptrdiff_t>(scene.Width);
-  const auto at = [&](std::ptrdiff_t i, std::ptrdiff_t j)
-  {
-    // i and j: -3, -1, 1, 3.
-    const std::ptrdiff_t x = center ? i : (i + j) / 2;
-    const std::ptrdiff_t y = center ? j : (i - j) / 2;
-    return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(pixel) + half * (x + width * y));
-  };
   for (int i = 0; i < 4; ++i)
   {
     for (int j = 0; j < 4; ++j)
     {
-      n.Ray[i][j] = ColorAt(scene, at(2 * i - 3, 2 * j - 3));
+      n.Ray[i][j] = ColorAt(scene, LatticePixel(scene, pixel, half, center, 2 * i - 3, 2 * j - 3));
     }
   }
-  n.Nearest[0] = at(-1, -1);
-  n.Nearest[1] = at(-1, 1);
-  n.Nearest[2] = at(1, -1);
-  n.Nearest[3] = at(1, 1);
 }
 
 // The largest second difference along the lines of the lattice, of four channels.
@@ -119,33 +126,114 @@ inline float NearestRay(const MarchParameters& p, int level, float depth, float 
   return pixels * SquareRoot(both ? a + b : Max(a, b));
 }
 
+// Where rays enter the volume, or what is left of it, and where they leave it (FindInterval()), for
+// the pixels of a tile and around it at distances of `Step`. Opaque geometry isn't asked after.
+// Cropped volumes and blocks have no lattice.
+struct Faces
+{
+  static constexpr int Most = static_cast<int>(shared::TILE_SIZE) + 8;
+  int Left = 0;
+  int Bottom = 0;
+  int Step = 0;
+  float Begin[Most * Most];
+  float End[Most * Most];
+
+  std::size_t At(int x, int y) const
+  {
+    return static_cast<std::size_t>((y - this->Bottom) / this->Step) * Most +
+      static_cast<std::size_t>((x - this->Left) / this->Step);
+  }
+};
+
+TERAVOX_INLINE void FindIntervals(
+  const NativeScene& scene, Floats x, float y, Floats& first, Floats& last)
+{
+  const MarchParameters& p = *scene.Parameters;
+  const IntervalParameters& v = *scene.Intervals;
+  const auto at = [&](const std::array<Vec, 3>& of, std::size_t a)
+  { return (of[0][a] + x * of[1][a]) + y * of[2][a]; };
+  Floats directions[3];
+  Floats largest = {};
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    directions[a] = at(p.RayDirection, a);
+    largest = Max(largest, Abs(directions[a]));
+  }
+  const Floats tiny = 1.0e-12f * largest; // as in MakeRay()
+  first = Splat(v.Near);
+  last = Splat(v.Far);
+  for (std::size_t a = 0; a < 3; ++a)
+  {
+    const Floats inverse = 1.0f / Select(Abs(directions[a]) < tiny, tiny, directions[a]);
+    const Floats origin = at(p.RayOrigin, a);
+    const Floats low = (v.BoxLow[a] - origin) * inverse;
+    const Floats high = (v.BoxHigh[a] - origin) * inverse;
+    first = Max(first, Min(low, high));
+    last = Min(last, Max(low, high));
+  }
+  for (int i = 0; i < scene.NumberOfPlanes; ++i)
+  {
+    const float* w = scene.Planes + 8 * i;
+    const Floats from = (w[0] + w[1] * x) + w[2] * y;
+    const Floats slope = (w[4] + w[5] * x) + w[6] * y;
+    const Floats cut = -from / slope;
+    first = Select(slope > 0.0f, Max(first, cut), first);
+    last =
+      Select(slope < 0.0f, Min(last, cut), Select((slope == 0.0f) & (from < 0.0f), first, last));
+  }
+}
+
+// half: pixels to the nearest rays.
+inline void FindFaces(
+  const NativeScene& scene, int left, int bottom, int right, int top, int half, Faces& faces)
+{
+  faces.Left = left - half;
+  faces.Bottom = bottom - half;
+  faces.Step = half;
+  const Floats lanes = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+  for (int y = faces.Bottom; y <= top + half; y += half)
+  {
+    for (int x = faces.Left; x <= right + half; x += Lanes * half)
+    {
+      Floats first;
+      Floats last;
+      FindIntervals(scene, (static_cast<float>(x) + 0.5f) + static_cast<float>(half) * lanes,
+        static_cast<float>(y) + 0.5f, first, last);
+      const std::size_t at = faces.At(x, y);
+      __builtin_memcpy(faces.Begin + at, &first, sizeof(first));
+      __builtin_memcpy(faces.End + at, &last, sizeof(last));
+    }
+  }
+}
+
 // Around a pixel: how far apart along the rays the places are where they and the nearest ones enter
 // the volume, or what is left of it, and where they leave it, in voxels of the level there. On a
 // face that is seen at a grazing angle neighbours meet voxels that have nothing to do with each
 // other.
-inline float ApartOnFaces(const NativeScene& scene, const Neighbourhood& around, const Ray& ray,
-  int level, float begin, float end, bool over)
+inline float ApartOnFaces(
+  const NativeScene& scene, const Faces& faces, int x, int y, bool center, int level, bool over)
 {
+  const MarchParameters& p = *scene.Parameters;
+  const std::size_t here = faces.At(x, y);
+  constexpr std::ptrdiff_t row = Faces::Most;
+  const std::ptrdiff_t nearest[4] = { center ? -row - 1 : -row, center ? 1 - row : -1,
+    center ? row - 1 : 1, center ? row + 1 : row };
   float most = 0;
-  for (const std::size_t n : around.Nearest)
+  for (const std::ptrdiff_t offset : nearest)
   {
-    const auto width = static_cast<std::size_t>(scene.Width);
-    const auto x = static_cast<int>(n % width);
-    const auto y = static_cast<int>(n / width);
-    const Ray other =
-      MakeRay(*scene.Parameters, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-    float first = 0;
-    float last = 0;
-    float lit = 0;
-    if (!FindInterval(scene, other, x, y, first, last, lit))
+    const auto other = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(here) + offset);
+    if (!(faces.Begin[other] < faces.End[other]))
     {
       return FarAway;
     }
     // Behind rays that are over nothing is seen of the face where they would leave.
-    most = Max(most, Max(Abs(first - begin), over ? 0.0f : Abs(last - end)));
+    most = Max(most,
+      Max(Abs(faces.Begin[other] - faces.Begin[here]),
+        over ? 0.0f : Abs(faces.End[other] - faces.End[here])));
   }
-  const Quad direction = ray.Direction *
-    (1.0f / ToFloat(Load(scene.Parameters->LevelFactor[static_cast<std::size_t>(level)])));
+  const Quad direction =
+    AtPixel(p.RayDirection, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f) *
+    (1.0f / ToFloat(Load(p.LevelFactor[static_cast<std::size_t>(level)])));
   return most *
     SquareRoot(
       (direction[0] * direction[0] + direction[1] * direction[1]) + direction[2] * direction[2]);
@@ -169,12 +257,10 @@ inline bool HasNeighbourhood(const NativeScene& scene, int x, int y, int half)
     y + 3 * half < scene.Height;
 }
 
-inline void LookAround(
-  const NativeScene& scene, std::size_t pixel, int half, bool center, Between& b)
+// Returns whether the rays next to it let it be interpolated, whatever their colours.
+inline bool LookBeside(const NativeScene& scene, const std::size_t (&nearest)[4], Between& b)
 {
-  TakeRaysAround(scene, pixel, half, center, b.Around);
-  b.Difference = LargestDifference(b.Around);
-  for (const std::size_t n : b.Around.Nearest)
+  for (const std::size_t n : nearest)
   {
     b.Inside = b.Inside && (scene.Lattice[n] & RayInside) != 0;
     b.Missed = Max(b.Missed, scene.Missed[n]);
@@ -182,6 +268,7 @@ inline void LookAround(
     b.Spent = Max(b.Spent, scene.Error != nullptr ? scene.Error[n] : 0.0f);
     b.Over = b.Over && scene.Color[4 * n + 3] <= scene.Parameters->Step[2];
   }
+  return b.Inside && b.Missed <= scene.LatticeMissed;
 }
 
 // What of Difference interpolation is taken to err. nearest: see NearestRay().
@@ -200,7 +287,7 @@ inline bool IsDone(const NativeScene& scene, std::size_t pixel)
 // `always`: it may have to stay what it is. Nothing reads the pixel before its stage is over. half:
 // pixels to the nearest rays along x, y or both.
 inline bool IsInterpolated(
-  const NativeScene& scene, int x, int y, int half, bool center, bool always)
+  const NativeScene& scene, const Faces& faces, int x, int y, int half, bool center, bool always)
 {
   const MarchParameters& p = *scene.Parameters;
   const std::size_t pixel = PixelAt(scene, x, y);
@@ -209,17 +296,29 @@ inline bool IsInterpolated(
     return false;
   }
   Between b;
-  LookAround(scene, pixel, half, center, b);
-  if (!(b.Difference * LeastWeight <= scene.LatticeTolerance) || !b.Inside ||
-    !(b.Missed <= scene.LatticeMissed))
+  const float begin = faces.Begin[faces.At(x, y)];
+  const float end = faces.End[faces.At(x, y)];
+  TakeNearest(scene, pixel, half, center, b.Around);
+  if (!(begin < end) || !LookBeside(scene, b.Around.Nearest, b))
   {
     return false;
   }
-  const Ray ray = MakeRay(p, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-  float begin = 0;
-  float end = 0;
-  float lit = 0;
-  if (!FindInterval(scene, ray, x, y, begin, end, lit))
+  if (scene.Intervals->HasDepth)
+  {
+    // The edge of what is in front would have to be known.
+    bool clear = scene.Depth[pixel] >= 1.0f;
+    for (const std::size_t n : b.Around.Nearest)
+    {
+      clear = clear && scene.Depth[n] >= 1.0f;
+    }
+    if (!clear)
+    {
+      return false;
+    }
+  }
+  TakeRaysAround(scene, pixel, half, center, b.Around);
+  b.Difference = LargestDifference(b.Around);
+  if (!(b.Difference * LeastWeight <= scene.LatticeTolerance))
   {
     return false;
   }
@@ -236,22 +335,9 @@ inline bool IsInterpolated(
     return false;
   }
   if (b.Difference > 0.0f &&
-    !(ApartOnFaces(scene, b.Around, ray, level, begin, end, b.Over) <= scene.LatticeDistance))
+    !(ApartOnFaces(scene, faces, x, y, center, level, b.Over) <= scene.LatticeDistance))
   {
     return false;
-  }
-  if (scene.Intervals->HasDepth)
-  {
-    // The edge of what is in front would have to be known.
-    bool clear = scene.Depth[pixel] >= 1.0f;
-    for (const std::size_t n : b.Around.Nearest)
-    {
-      clear = clear && scene.Depth[n] >= 1.0f;
-    }
-    if (!clear)
-    {
-      return false;
-    }
   }
   if (!always && IsDone(scene, pixel))
   {
@@ -320,14 +406,13 @@ inline bool IsSurprising(const NativeScene& scene, int x, int y, int half, bool 
 }
 
 // One step of a stage at one of the pixels that it adds.
-inline void RefinePixel(const NativeScene& scene, LatticeStep step, int x, int y, int half,
-  bool center, LatticeCount& count)
+inline void RefinePixel(const NativeScene& scene, const Faces& faces, LatticeStep step, int x,
+  int y, int half, bool center, LatticeCount& count)
 {
   const std::size_t pixel = PixelAt(scene, x, y);
   const std::uint8_t marks = LoadMarks(scene, pixel);
   const bool between = (marks & RayBetween) != 0;
-  const bool done = IsDone(scene, pixel);
-  if (step == LatticeStep::Choose && IsInterpolated(scene, x, y, half, center, false))
+  if (step == LatticeStep::Choose && IsInterpolated(scene, faces, x, y, half, center, false))
   {
     StoreMarks(scene, pixel, marks | RayBetween);
   }
@@ -335,6 +420,7 @@ inline void RefinePixel(const NativeScene& scene, LatticeStep step, int x, int y
     (step == LatticeStep::Spread && between &&
       HasNeighbour(scene, x, y, half, center, RaySurprising)))
   {
+    const bool done = IsDone(scene, pixel);
     if (between && !done)
     {
       BeginAnew(scene, pixel);
@@ -353,9 +439,11 @@ inline void RefinePixel(const NativeScene& scene, LatticeStep step, int x, int y
   }
   else if (step == LatticeStep::Fill && between)
   {
-    if (done)
+    if (IsDone(scene, pixel))
     {
-      IsInterpolated(scene, x, y, half, center, true);
+      Faces around;
+      FindFaces(scene, x, y, x, y, half, around);
+      IsInterpolated(scene, around, x, y, half, center, true);
     }
     StoreMarks(scene, pixel, RayInside);
     scene.Position[4 * pixel + 3] = StatusDone << 16;
@@ -375,6 +463,11 @@ LatticeCount RefineTile(
   const int half = edge / 2;
   const bool center = stage % 2 == 0;
   LatticeCount count;
+  Faces faces;
+  if (step == LatticeStep::Choose)
+  {
+    FindFaces(scene, left, bottom, right, top, half, faces);
+  }
   for (int y = CeilTo(bottom, half, 0); y < top; y += half)
   {
     const bool betweenRows = y % edge == half;
@@ -384,7 +477,7 @@ LatticeCount RefineTile(
     }
     for (int x = CeilTo(left, edge, center || !betweenRows ? half : 0); x < right; x += edge)
     {
-      RefinePixel(scene, step, x, y, half, center, count);
+      RefinePixel(scene, faces, step, x, y, half, center, count);
     }
   }
   return count;

@@ -146,29 +146,36 @@ void NativeView::Resize(int width, int height, bool estimate, bool firstHit, boo
 
 void NativeView::Clear(int stage, const LatticeLimits& limits, const std::array<float, 4>& ray)
 {
-  std::fill(this->Position.begin(), this->Position.end(), 0);
   std::fill(this->Error.begin(), this->Error.end(), 0.0f);
   std::fill(this->FirstHit.begin(), this->FirstHit.end(), NoHit);
   std::fill(this->Lengths.begin(), this->Lengths.end(), 0.0f);
-  for (std::size_t i = 0; i < this->Color.size(); ++i)
-  {
-    this->Color[i] = ray[i % 4];
-  }
   this->HasLattice = stage > 0;
   this->LatticeStage = stage;
   this->LatticeChosen = false;
   this->Limits = limits;
-  if (stage == 0)
+  const auto width = static_cast<std::size_t>(this->Width);
+  const auto rows = static_cast<std::int64_t>(width > 0 ? this->Depth.size() / width : 0);
+#pragma omp parallel for schedule(static) if (rows > 128)
+  for (std::int64_t y = 0; y < rows; ++y)
   {
-    return;
-  }
-  std::fill(this->Missed.begin(), this->Missed.end(), 0.0f);
-  std::fill(this->Reach.begin(), this->Reach.end(), NativeScene::NothingReached);
-  for (std::size_t i = 0; i < this->Lattice.size(); ++i)
-  {
-    const auto x = static_cast<int>(i % static_cast<std::size_t>(this->Width));
-    const auto y = static_cast<int>(i / static_cast<std::size_t>(this->Width));
-    this->Lattice[i] = IsInLattice(stage, x, y) ? 0 : NativeScene::RayDeferred;
+    const std::size_t first = static_cast<std::size_t>(y) * width;
+    std::fill_n(this->Position.data() + 4 * first, 4 * width, 0);
+    for (std::size_t i = first; i < first + width; ++i)
+    {
+      std::copy(ray.begin(), ray.end(), this->Color.data() + 4 * i);
+    }
+    if (stage == 0)
+    {
+      continue;
+    }
+    std::fill_n(this->Missed.data() + first, width, 0.0f);
+    std::fill_n(this->Reach.data() + first, width, NativeScene::NothingReached);
+    for (std::size_t x = 0; x < width; ++x)
+    {
+      this->Lattice[first + x] = IsInLattice(stage, static_cast<int>(x), static_cast<int>(y))
+        ? std::uint8_t{ 0 }
+        : NativeScene::RayDeferred;
+    }
   }
 }
 

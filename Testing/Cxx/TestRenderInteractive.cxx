@@ -87,6 +87,31 @@ TEST(Interactive, ToleranceIsLoosenedAndTightened)
   EXPECT_TRUE(AreImagesIdentical(stage.Accumulator(), exact));
 }
 
+// Whatever lies between rays, no picture errs by more than 1.
+TEST(Interactive, TheLargestToleranceCastsTheFewestRays)
+{
+  if (TestedMarcher() != vtkOutOfCoreVolumeMapper::MARCHER_NATIVE)
+  {
+    GTEST_SKIP() << "the shaders cast all rays";
+  }
+  Stage stage(96, 96);
+  stage.SetImage(MakeNoise());
+  stage.SetTransfer(MakeTransfer(OpacityShape::Fog));
+  stage.Look({ 1, 0.4, 0.3 });
+  stage.Mapper->CountSamplesOn();
+  const auto samplesAt = [&](double tolerance)
+  {
+    stage.Mapper->SetImageErrorTolerance(tolerance);
+    stage.Draw();
+    EXPECT_TRUE(stage.Mapper->IsConverged());
+    return stage.Mapper->GetNumberOfSamples();
+  };
+  const vtkTypeUInt64 below = samplesAt(0.99);
+  EXPECT_LT(samplesAt(1), below / 2);
+  stage.Mapper->ErrorEstimateOn();
+  EXPECT_GT(samplesAt(1), below / 2); // an estimate judges
+}
+
 // Where coarser steps don't make frames fast, there are fewer rays; with an estimate of the error
 // there aren't. The picture that is kept is as exact as ever.
 TEST(Interactive, RaysBecomeFewerWhereStepsAreNotEnough)

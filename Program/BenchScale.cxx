@@ -2,15 +2,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Does the cost follow the picture, and not the volume? One picture of volumes of all sizes that
-// look the same, as formulas and as sparse files, from outside and from deep within.
+// look the same, as formulas and as sparse files of what is seen of those, from outside and from
+// deep within.
 #include "BenchAllocations.h"
 #include "BenchClock.h"
 #include "ByteCount.h"
 #include "Commands.h"
 #include "ErrorCapture.h"
 #include "Interrupt.h"
+#include "SeenFile.h"
 #include "SelfOutput.h"
-#include "SparseFile.h"
 #include "TemporaryFolder.h"
 #include "View.h"
 #include "vtkBrickSource.h"
@@ -27,6 +28,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 #include <vtkCamera.h>
@@ -214,15 +216,17 @@ double InsideBias(const ScaleOptions& options)
 
 /// One row, in this process. The programs of the GPU are made before, with a volume of one brick:
 /// else the first row would be theirs.
-Result<Json> Measure(const ScaleOptions& options, vtkBrickSourceAlgorithm* source)
+Result<Json> Measure(const ScaleOptions& options, vtkBrickSource* holder)
 {
   ErrorCapture errors;
   const auto failure = [&errors](const char* otherwise)
   { return Status(StatusCode::InputOutput, errors.HasError() ? errors.First() : otherwise); };
-  vtkBrickSource* holder = source->GetBrickSource();
   long long dimensions[3] = { 0, 0, 0 };
-  source->GetLevelDimensions(0, dimensions);
-  if (!holder)
+  if (holder)
+  {
+    holder->GetLevelDimensions(0, dimensions);
+  }
+  if (dimensions[0] <= 0)
   {
     return failure("The volume can't be opened.");
   }
@@ -309,8 +313,13 @@ Result<Json> Measure(const ScaleOptions& options, vtkBrickSourceAlgorithm* sourc
   return row;
 }
 
-/// One row, in a process of its own: memory and caches of one volume don't serve the next.
-Result<Json> MeasureApart(const ScaleOptions& options, const std::string& name)
+// What is measured, or written to be measured, in a process of its own.
+constexpr std::string_view FormulaName = "formula:"; // voxels per axis
+constexpr std::string_view FileName = "file:";
+constexpr std::string_view WriteName = "write:"; // voxels per axis:file
+
+/// One measurement, in a process of its own: memory and caches of one volume don't serve the next.
+Result<Json> MeasureOnce(const ScaleOptions& options, const std::string& name)
 {
   std::vector<std::string> arguments(
     { "bench", "scale", "--only", name, "--size", std::to_string(options.Size[0]),
@@ -329,6 +338,33 @@ Result<Json> MeasureApart(const ScaleOptions& options, const std::string& name)
   return row.is_object()
     ? Result<Json>(std::move(row))
     : Result<Json>(Status(StatusCode::InputOutput, "The measurement " + name + " failed."));
+}
+
+/// One row: the medians of several measurements. In which order bricks arrive, and so how many
+/// passes a first picture takes, is different each time.
+Result<Json> MeasureApart(const ScaleOptions& options, const std::string& name)
+{
+  std::vector<Json> rows;
+  for (int i = 0; i < options.Repetitions; ++i)
+  {
+    auto row = MeasureOnce(options, name);
+    if (!row.Ok() || WasInterrupted())
+    {
+      return row;
+    }
+    rows.push_back(row.Value());
+  }
+  Json median = rows.front();
+  for (auto& [key, value] : median.items())
+  {
+    std::vector<double> numbers;
+    for (const Json& row : rows)
+    {
+      numbers.push_back(row.at(key).get<double>());
+    }
+    value = MedianOf(std::move(numbers));
+  }
+  return median;
 }
 
 /// The largest volume's costs by the smallest one's; null where that has none.
@@ -352,7 +388,7 @@ Result<Json> MeasureFormulas(const ScaleOptions& options, const OnRow& onRow)
   Json rows = Json::array();
   for (const std::int64_t edge : options.Volumes)
   {
-    auto row = MeasureApart(options, fmt::format("formula:{}", edge));
+    auto row = MeasureApart(options, fmt::format("{}{}", FormulaName, edge));
     if (WasInterrupted())
     {
       return Status(StatusCode::Cancelled, "It was interrupted.");
@@ -374,8 +410,11 @@ Result<Json> MeasureFiles(
   for (const std::int64_t edge : options.Files)
   {
     const std::string file = fmt::format("{}/{}.h5", folder, edge);
-    const Status written = std::filesystem::exists(file) ? Status() : WriteSparseFile(file, edge);
-    auto row = written.Ok() ? MeasureApart(options, "file:" + file) : Result<Json>(written);
+    // One file holds what is seen in both views.
+    const auto written = std::filesystem::exists(file)
+      ? Result<Json>(Json())
+      : MeasureOnce(options, fmt::format("{}{}:{}", WriteName, edge, file));
+    auto row = written.Ok() ? MeasureApart(options, fmt::format("{}{}", FileName, file)) : written;
     if (WasInterrupted())
     {
       return Status(StatusCode::Cancelled, "It was interrupted; its files are removed.");
@@ -423,25 +462,49 @@ void PrintHead(const std::string& name)
   fmt::print("\n");
 }
 
+/// Draws all pictures of a formula, and writes what they took of it.
+Result<Json> WriteSeen(const ScaleOptions& options, std::int64_t edge, const std::string& file)
+{
+  const auto formula = MakeFormula(edge);
+  const std::shared_ptr<BrickSource> source = formula->GetBrickSource()->GetBrickSource();
+  const auto seen = std::make_shared<SeenBricks>(source);
+  vtkNew<vtkBrickSource> holder;
+  holder->SetBrickSource(seen);
+  for (const ScaleView& view : Views)
+  {
+    ScaleOptions drawn = options;
+    drawn.Inside = view.Inside;
+    const auto row = Measure(drawn, holder);
+    if (!row.Ok())
+    {
+      return row;
+    }
+  }
+  const Status written = WriteSeenFile(file, *source, seen->Keys());
+  return written.Ok() ? Result<Json>(Json::object()) : Result<Json>(written);
+}
+
 Status RunOnly(const ScaleOptions& options)
 {
-  const std::string formula = "formula:";
-  const std::string file = "file:";
   const std::string& name = options.Only;
-  vtkSmartPointer<vtkBrickSourceAlgorithm> source;
-  if (name.rfind(formula, 0) == 0)
+  const auto is = [&name](std::string_view kind) { return name.rfind(kind, 0) == 0; };
+  Result<Json> row =
+    Status(StatusCode::InvalidArgument, fmt::format("'{}' names no measurement.", name));
+  if (is(FormulaName))
   {
-    source = MakeFormula(std::atoll(name.c_str() + formula.size()));
+    const auto formula = MakeFormula(std::atoll(name.c_str() + FormulaName.size()));
+    row = Measure(options, formula->GetBrickSource());
   }
-  else if (name.rfind(file, 0) == 0)
+  else if (is(FileName))
   {
-    source = OpenFile(name.substr(file.size()));
+    const auto file = OpenFile(name.substr(FileName.size()));
+    row = Measure(options, file->GetBrickSource());
   }
-  else
+  else if (is(WriteName))
   {
-    return { StatusCode::InvalidArgument, fmt::format("'{}' names no measurement.", name) };
+    const std::string rest = name.substr(WriteName.size());
+    row = WriteSeen(options, std::atoll(rest.c_str()), rest.substr(rest.find(':') + 1));
   }
-  const auto row = Measure(options, source);
   if (row.Ok())
   {
     fmt::print("{}\n", row.Value().dump());
@@ -472,6 +535,7 @@ Status RunBenchScale(const ScaleOptions& options)
   Json all;
   all["size"] = options.Size;
   all["frames"] = options.Frames;
+  all["repetitions"] = options.Repetitions;
   all["gpu_memory"] = options.GPUMemory;
   all["host_memory"] = options.HostMemory;
   const auto print = [&options](const std::string& name, const Json& row, bool ratios)

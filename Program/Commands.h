@@ -139,10 +139,12 @@ Status RunBench(const BenchOptions& options);
 struct ScaleOptions
 {
   std::vector<std::int64_t> Volumes{ 512, 4096, 32768, std::int64_t{ 1 } << 20,
-    std::int64_t{ 1 } << 30 };                        ///< voxels per axis of formulas
-  std::vector<std::int64_t> Files{ 512, 4096, 8192 }; ///< and of sparse files; the last has 1 TiB
+    std::int64_t{ 1 } << 30 }; ///< voxels per axis of formulas
+  /// And of sparse files. HDF5 counts voxels in 64 bits: 2^30 per axis are too many for it.
+  std::vector<std::int64_t> Files{ 512, 4096, 32768, std::int64_t{ 1 } << 20 };
   std::array<int, 2> Size{ 512, 512 };
   int Frames = 5;
+  int Repetitions = 5; ///< of each measurement, whose medians are shown
   std::uint64_t GPUMemory = std::uint64_t{ 256 } << 20;
   std::uint64_t HostMemory = std::uint64_t{ 512 } << 20;
   bool Json = false;

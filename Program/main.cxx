@@ -247,20 +247,24 @@ Run AddScale(CLI::App* bench)
 {
   auto options = std::make_shared<ScaleOptions>();
   CLI::App* command = bench->add_subcommand("scale",
-    "The cost of one picture of volumes of all sizes, as formulas and as sparse files, from "
-    "outside "
-    "and from within; the last line of each group is the largest by the smallest");
+    "The cost of one picture of volumes of all sizes, as formulas and as sparse files of what is "
+    "seen of those, from outside and from within; the last line of each group is the largest by "
+    "the smallest");
   command
     ->add_option("--volumes", options->Volumes,
       "Voxels per axis of the formulas; default 512 4096 32768 1048576 1073741824")
     ->check(CLI::Range(std::int64_t{ 16 }, (std::int64_t{ 1 } << 31) - 1));
   command
     ->add_option("--files", options->Files,
-      "Voxels (16 bits) per axis of the files, multiples of 128; default 512 4096 8192 (1 TiB)")
-    ->check(CLI::Range(std::int64_t{ 128 }, std::int64_t{ 8192 }));
+      "Voxels per axis of the files, at most 2^20; default 512 4096 32768 1048576")
+    ->check(CLI::Range(std::int64_t{ 128 }, std::int64_t{ 1 } << 20));
   command->add_option("--size", options->Size, "Width and height in pixels; default 512 512")
     ->check(CLI::Range(16, 4096));
   command->add_option("--frames", options->Frames, "Frames after the first one; default 5")
+    ->check(CLI::Range(1, 1000));
+  command
+    ->add_option(
+      "--repetitions", options->Repetitions, "Measurements, whose medians are shown; default 5")
     ->check(CLI::Range(1, 1000));
   AddBytes(command, "--gpu-memory", options->GPUMemory, "GPU memory to use; default 256M");
   AddBytes(command, "--host-memory", options->HostMemory, "Main memory to use; default 512M");

@@ -61,6 +61,9 @@
 #ifndef TERAVOX_MASK
 #define TERAVOX_MASK 0 // slots hold a mask behind the voxels; of one component
 #endif
+#ifndef TERAVOX_CLIPPED_GRADIENT
+#define TERAVOX_CLIPPED_GRADIENT 0 // gradients find a value of its own behind clipping planes
+#endif
 #ifndef TERAVOX_LABELS
 #define TERAVOX_LABELS 0 // it tells which of many tables count; composite blending
 #endif

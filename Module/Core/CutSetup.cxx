@@ -59,6 +59,51 @@ std::vector<PlaneAlongRays> MakePlanes(const std::vector<ClipPlane>& planes, con
   return result;
 }
 
+std::vector<MarchParameters::Vec> PlanesOfVoxels(const std::vector<ClipPlane>& planes,
+  const std::array<double, 16>& worldFromVoxel, const Double3& anchor)
+{
+  std::vector<MarchParameters::Vec> result;
+  for (const ClipPlane& plane : planes)
+  {
+    std::array<double, 4> words{};
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+      double there = worldFromVoxel[4 * i + 3] - plane.Origin[i];
+      for (std::size_t j = 0; j < 3; ++j)
+      {
+        words[j] += plane.Normal[i] * worldFromVoxel[4 * i + j];
+        there += worldFromVoxel[4 * i + j] * anchor[j];
+      }
+      words[3] += plane.Normal[i] * there;
+    }
+    const double largest = std::max({ std::abs(words[0]), std::abs(words[1]), std::abs(words[2]) });
+    if (largest > 0 && std::isfinite(largest))
+    {
+      MarchParameters::Vec& to = result.emplace_back();
+      std::transform(words.begin(), words.end(), to.begin(),
+        [largest](double w) { return Limited(w / largest); });
+    }
+  }
+  return result;
+}
+
+void SetClipped(MarchParameters& parameters, double intensity, const ValueRange& range,
+  const std::vector<MarchParameters::Vec>& planes)
+{
+  constexpr double far = 1e6; // times the largest value
+  constexpr double farthest = 1e15;
+  const bool known = range.IsKnown() && !range.IsVoid();
+  const double largest = std::max({ std::abs(range.Min), std::abs(range.Max), 1e-30 });
+  const double reach = known ? far * largest : farthest;
+  const double value =
+    std::clamp(intensity, known ? range.Min - reach : -reach, known ? range.Max + reach : reach);
+  const std::size_t count = std::min(planes.size(), parameters.ClippedPlanes.size());
+  const auto high = static_cast<float>(value);
+  parameters.Clipped = { high, static_cast<float>(value - static_cast<double>(high)), 0,
+    static_cast<float>(count) };
+  std::copy_n(planes.begin(), count, parameters.ClippedPlanes.begin());
+}
+
 void SetCrop(MarchParameters& parameters, const CropRegions& crop,
   const std::array<double, 16>& datasetFromVoxel, const Double3& anchor)
 {

@@ -40,6 +40,18 @@ struct ViewRays
 std::vector<PlaneAlongRays> MakePlanes(const std::vector<ClipPlane>& planes, const ViewRays& rays,
   const std::array<double, 16>& worldFromView);
 
+/// The planes as functions of a place p in corner coordinates of level 0 relative to `anchor`:
+/// xyz . p + w, kept where that isn't negative. Those without a normal are left out.
+/// `worldFromVoxel`: rows of a matrix.
+std::vector<MarchParameters::Vec> PlanesOfVoxels(const std::vector<ClipPlane>& planes,
+  const std::array<double, 16>& worldFromVoxel, const Double3& anchor);
+
+/// MarchParameters::Clipped and ClippedPlanes: `intensity` is what gradients find where planes cut
+/// away; further from all values than a million times the largest it counts as that far, of
+/// an unknown range as 1e15. Planes beyond MaximumClippedPlanes are left out.
+void SetClipped(MarchParameters& parameters, double intensity, const ValueRange& range,
+  const std::vector<MarchParameters::Vec>& planes);
+
 /// MarchParameters::Crop and Switches[3]. `datasetFromVoxel`: rows of a matrix; `anchor`: the point
 /// that the positions of rays are relative to.
 void SetCrop(MarchParameters& parameters, const CropRegions& crop,

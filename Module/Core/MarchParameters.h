@@ -66,6 +66,9 @@ struct MarchParameters
   static constexpr float NothingMet = -3.0e38f;
   std::array<Vec, 2> Plane{};
   std::array<Vec, MaximumComponents> ComponentGradient{};
+  static constexpr std::size_t MaximumClippedPlanes = 16;
+  Vec Clipped{};
+  std::array<Vec, MaximumClippedPlanes> ClippedPlanes{};
 };
 
 /// How far a clipping plane lies behind the ray of a pixel (x, y) at depth t, kept where it is not

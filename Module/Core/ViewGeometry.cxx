@@ -437,6 +437,7 @@ Result<ViewGeometry> ViewGeometry::Make(const PyramidLayout& layout, const ViewI
     }
   }
   g.Planes = MakePlanes(input.ClipPlanes, g.Rays, worldFromView.Value());
+  g.VoxelPlanes = PlanesOfVoxels(input.ClipPlanes, worldFromVoxel, anchor);
   SetCrop(g.Parameters, input.Crop, input.DatasetFromVoxel, anchor);
 
   // Width of a pixel in view space; view space has the world's unit.

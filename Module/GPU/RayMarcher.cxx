@@ -15,10 +15,11 @@ namespace teravox
 {
 
 static_assert(sizeof(MarchParameters) ==
-    16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1 + 1 + 64 + 256 + 5 + 1 + 12 + 1 + 4 + 2 + 4),
+    16 * (9 + 3 + 96 + 7 + 2 + 3 + 3 + 1 + 1 + 64 + 256 + 5 + 1 + 12 + 1 + 4 + 2 + 4 + 1 + 16),
   "the uniform block of Shaders/Library/Bindings.glsl has no padding");
 
 static_assert(shared::MAXIMUM_ISO_VALUES == MarchParameters::MaximumIsoValues);
+static_assert(shared::MAXIMUM_CLIPPED_PLANES == MarchParameters::MaximumClippedPlanes);
 
 Result<std::unique_ptr<RayMarcher>> RayMarcher::Make(GPUMemory& memory)
 {

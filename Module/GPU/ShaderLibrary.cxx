@@ -21,7 +21,7 @@ struct Feature
   const char* Name;
   bool ShaderVariant::*Member;
 };
-constexpr std::array<Feature, 18> Features = { {
+constexpr std::array<Feature, 19> Features = { {
   { "TERAVOX_NEAREST", &ShaderVariant::Nearest },
   { "TERAVOX_FIXED_STEP", &ShaderVariant::FixedStep },
   { "TERAVOX_FLOAT_DATA", &ShaderVariant::FloatData },
@@ -40,6 +40,7 @@ constexpr std::array<Feature, 18> Features = { {
   { "TERAVOX_MASK", &ShaderVariant::Masked },
   { "TERAVOX_LABELS", &ShaderVariant::Labels },
   { "TERAVOX_PLANE", &ShaderVariant::Plane },
+  { "TERAVOX_CLIPPED_GRADIENT", &ShaderVariant::ClippedGradient },
 } };
 
 Result<std::string> ReadShaderFile(const std::string& file)
@@ -149,7 +150,8 @@ void AddBlends(ShaderVariant variant, std::vector<ShaderVariant>& all)
     {
       continue;
     }
-    if (meets ? variant.Components == 1 : !variant.Shade && !variant.FirstHit)
+    if (meets ? variant.Components == 1
+              : !variant.Shade && !variant.FirstHit && !variant.ClippedGradient)
     {
       all.push_back(variant);
     }
@@ -188,6 +190,10 @@ std::vector<ShaderVariant> ShaderVariant::All()
     // nothing else than a plane says what is seen.
     const bool isGradient = variant.GradientOpacity || (variant.Plane && !variant.Dependent);
     if (isGradient && variant.ShowLevel)
+    {
+      continue;
+    }
+    if (variant.ClippedGradient && !variant.Shade && !isGradient)
     {
       continue;
     }

@@ -36,6 +36,7 @@ struct ShaderVariant
   bool Dependent = false;                 ///< of several components; also with a Plane
   bool Masked = false;                    ///< slots hold a mask behind the voxels
   bool Labels = false;                    ///< which tells which of many tables count
+  bool ClippedGradient = false; ///< gradients find a value of its own behind clipping planes
 
   /// One bit per feature, above them the blend mode and the number of components.
   unsigned Key() const;

@@ -544,9 +544,9 @@ int FirstStageOf(const FrameRequest& request, const ShaderVariant& variant,
   // The rays of several components note nothing for their neighbours, nor do they know of gradients
   // between them; masks end without a warning.
   const bool smooth = RunFromBegin(request) && variant.Components == 1 &&
-    !variant.GradientOpacity && !variant.Plane && !variant.Masked && !request.Nearest &&
-    !request.ShowLevel && !request.ShowSamples && !request.HitOpacity && request.Tolerance > 0 &&
-    request.Blend.Kind == BlendKind::Composite;
+    !variant.GradientOpacity && !variant.Plane && !variant.Masked && !variant.ClippedGradient &&
+    !request.Nearest && !request.ShowLevel && !request.ShowSamples && !request.HitOpacity &&
+    request.Tolerance > 0 && request.Blend.Kind == BlendKind::Composite;
   return smooth && view.IsNative()
     ? FirstLatticeStage(parameters, intervals, limits, request.LatticeStages)
     : 0;
@@ -694,11 +694,17 @@ Status VolumeEngine::Draw(const FrameRequest& request)
     rectangle[2 + a] = std::min(rectangle[2 + a], request.Rectangle[2 + a]);
   }
   view->Geometry = request.HitOpacity ? std::make_shared<ViewGeometry>(geometry.Value()) : nullptr;
-  // Nobody knows how wrong a guess is.
-  const LatticeLimits limits = this->Pace.MayGuess() && !request.ErrorEstimate
+  // Nobody knows how wrong a guess is; by more than 1 no picture is.
+  const bool mayGuess = this->Pace.MayGuess() || request.Tolerance >= 1;
+  const LatticeLimits limits = mayGuess && !request.ErrorEstimate
     ? GuessedLattice()
     : LatticeLimitsOf(request.Tolerance, this->Pace.Looseness());
   const ShaderVariant variant = this->VariantOf(request, this->Atlas->Format());
+  if (variant.ClippedGradient)
+  {
+    SetClipped(parameters, std::ldexp(*request.ClippedIntensity, -this->Exponent),
+      this->Source_->Info().Range, geometry.Value().VoxelPlanes);
+  }
   const RayMarcher::LatticeOptions lattice{
     FirstStageOf(request, variant, parameters, geometry.Value().Intervals, limits, *view), limits
   };

@@ -92,9 +92,11 @@ struct FrameRequest
   std::array<float, 3> LightSpecular{ 1, 1, 1 };
   bool TwoSided = true;
   std::vector<LightInput> Lights; ///< instead of one headlight
-  double Tolerance = 1.0 / 255;   ///< epsilon; 0: SampleDistance rules
-  double SampleDistance = 1;      ///< world units
-  double ShortestLength = 1e-3;   ///< a wall (opacity 1) of this world length lets nothing pass
+  /// What gradients find where clipping planes cut away; none: the voxels that are there.
+  std::optional<double> ClippedIntensity;
+  double Tolerance = 1.0 / 255; ///< epsilon; 0: SampleDistance rules
+  double SampleDistance = 1;    ///< world units
+  double ShortestLength = 1e-3; ///< a wall (opacity 1) of this world length lets nothing pass
   /// Pixels between rays may be interpolated: up to this stage (ImageLattice.h); 0: all are cast.
   int LatticeStages = MostLatticeStages;
   bool EmptySpaceSkipping = true;

@@ -228,6 +228,8 @@ ShaderVariant VolumeEngine::VariantOf(const FrameRequest& request, const VoxelFo
   // Of two components no other function says what is seen.
   variant.Plane = !this->Plane.IsNone() && (!request.ShowLevel || this->HasComponents());
   variant.GradientOpacity = !variant.Plane && !this->Gradient.IsOne() && !request.ShowLevel;
+  variant.ClippedGradient = request.ClippedIntensity && !request.Camera.ClipPlanes.empty() &&
+    (variant.Shade || variant.GradientOpacity || (variant.Plane && !this->HasComponents()));
   variant.Interactive = !request.Converge;
   variant.Count = request.CountSamples || request.ShowSamples;
   variant.ShowLevel = request.ShowLevel;

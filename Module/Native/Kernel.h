@@ -32,6 +32,7 @@ constexpr int MacroEdge = NativeScene::MacroEdge;
 #include "KernelRay.h"
 #include "KernelCut.h"
 #include "KernelCells.h"
+#include "KernelClipped.h"
 #include "KernelLight.h"
 #include "KernelExtinction.h"
 #if TERAVOX_GRADIENT_OPACITY || TERAVOX_COMPONENTS
@@ -432,7 +433,7 @@ void MarchTile(
 {
   const MarchParameters& p = *scene.Parameters;
   Context c{ scene, p, report, TableOf(scene), MakeRayLight(scene), 0, 0, 0, {}, {}, {},
-    ComponentsOf(scene), { scene.GradientOpacity, p.Gradient }, PlaneOf(scene), 0 };
+    ComponentsOf(scene), { scene.GradientOpacity, p.Gradient }, PlaneOf(scene), 0, 0 };
   for (int y = bottom; y < top; ++y)
   {
     for (int x = left; x < right; ++x)

@@ -225,14 +225,7 @@ __attribute__((noinline)) void IntegrateNearest(
   if constexpr (Shade || GradientOpacity)
   {
     c.Report.Gradients += seen;
-    const auto difference = [&](std::int32_t voxels, float perVoxel)
-    {
-      const auto step = static_cast<std::ptrdiff_t>(sizeof(T)) * voxels;
-      return (LoadTexel<T>(view, v.At, step) - LoadTexel<T>(view, v.At, -step)) * perVoxel;
-    };
-    const Floats x = difference(1, view.PerVoxelX);
-    const Floats y = difference(view.Edge, view.PerVoxelY);
-    const Floats z = difference(view.Edge * view.Edge, view.PerVoxelZ);
+    const auto [x, y, z] = DifferenceOf<T>(view, v.At);
 #if TERAVOX_GRADIENT_PLANE
     if (c.Plane.Nodes != nullptr)
     {

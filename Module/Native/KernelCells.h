@@ -26,6 +26,8 @@ struct BrickView
   float PerVoxelX; // of a central difference of texels, to data per voxel of level 0
   float PerVoxelY;
   float PerVoxelZ;
+  unsigned Clipped; // which places of a difference are cut away (KernelClipped.h)
+  float ClippedTexel;
 };
 
 inline BrickView ViewBrick(const NativeScene& scene, const Transfer& transfer, const Ray& ray,
@@ -60,6 +62,8 @@ inline BrickView ViewBrick(const NativeScene& scene, const Transfer& transfer, c
   view.PerVoxelX = view.Scale / static_cast<float>(factor[0]);
   view.PerVoxelY = view.Scale / static_cast<float>(factor[1]);
   view.PerVoxelZ = view.Scale / static_cast<float>(factor[2]);
+  view.Clipped = 0;
+  view.ClippedTexel = 0.0f;
   return view;
 }
 
@@ -202,10 +206,53 @@ TERAVOX_INLINE Corners LoadCorners(const BrickView& view, const Offsets& at)
   return { { first[0], second[0], first[1], second[1], first[2], second[2], first[3], second[3] } };
 }
 
+// Offsets of neighbours along each axis, in bytes.
+template <typename T>
+TERAVOX_INLINE std::ptrdiff_t StepAlong(const BrickView& view, int axis)
+{
+  const auto step = static_cast<std::ptrdiff_t>(sizeof(T));
+  const std::ptrdiff_t row = step * view.Edge;
+  return axis == 0 ? step : axis == 1 ? row : row * view.Edge;
+}
+
+// The same where clipping planes cut some of it away.
+template <typename T>
+__attribute__((noinline)) Gradient LoadClippedGradient(
+  const BrickView& view, const Offsets& at, const Vectors& w, const Vectors& d)
+{
+  Cubic cubics[3];
+  for (int a = 0; a < 3; ++a)
+  {
+    const auto beside = [&](int place) -> Corners
+    {
+      if ((view.Clipped >> place & 1u) != 0)
+      {
+        const Floats v = Splat(view.ClippedTexel);
+        return { { v, v, v, v, v, v, v, v } };
+      }
+      BrickView moved = view;
+      moved.Voxels += place % 2 == 0 ? -StepAlong<T>(view, a) : StepAlong<T>(view, a);
+      return LoadCorners<T>(moved, at);
+    };
+    const Corners before = beside(2 * a);
+    Corners difference = beside(2 * a + 1);
+    for (int i = 0; i < 8; ++i)
+    {
+      difference.V[i] -= before.V[i];
+    }
+    cubics[a] = CubicAlong(difference, w, d);
+  }
+  return { cubics[0], cubics[1], cubics[2] };
+}
+
 template <typename T>
 inline Gradient LoadGradient(
   const BrickView& view, const Offsets& at, const Corners& k, const Vectors& w, const Vectors& d)
 {
+  if (view.Clipped != 0)
+  {
+    return LoadClippedGradient<T>(view, at, w, d);
+  }
   const auto step = static_cast<std::ptrdiff_t>(sizeof(T));
   const std::ptrdiff_t row = step * view.Edge;
   const std::ptrdiff_t slice = row * view.Edge;
@@ -258,4 +305,24 @@ inline Floats LoadTexel(const BrickView& view, const Offsets& at, std::ptrdiff_t
     texel[l] = static_cast<float>(v);
   }
   return texel;
+}
+
+// Central differences at voxels, in data per voxel of level 0.
+template <typename T>
+TERAVOX_INLINE Vectors DifferenceOf(const BrickView& view, const Offsets& at)
+{
+  const float perVoxel[3] = { view.PerVoxelX, view.PerVoxelY, view.PerVoxelZ };
+  Floats along[3];
+  for (int a = 0; a < 3; ++a)
+  {
+    const auto beside = [&](int place)
+    {
+      const std::ptrdiff_t step = StepAlong<T>(view, a);
+      return (view.Clipped >> place & 1u) != 0
+        ? Splat(view.ClippedTexel)
+        : LoadTexel<T>(view, at, place % 2 == 0 ? -step : step);
+    };
+    along[a] = (beside(2 * a + 1) - beside(2 * a)) * perVoxel[a];
+  }
+  return { along[0], along[1], along[2] };
 }

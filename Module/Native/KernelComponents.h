@@ -55,9 +55,10 @@ inline void ComponentExtremes(const Context& c, float low, float high, float& mo
   }
 }
 
-// One segment whose components all have one value, without light from a side.
-inline void ComponentsConstant(
-  Context& c, State& state, const Ray& ray, float valueHigh, float valueLow, float t0, float t1)
+// One segment whose components all have one value. `slope`: their central difference, which is 0
+// where nothing is cut away.
+inline void ComponentsConstant(Context& c, State& state, const Ray& ray, float valueHigh,
+  float valueLow, Quad slope, float t0, float t1)
 {
   const ComponentTables& k = c.Components;
   float x[MostComponents] = {};
@@ -67,13 +68,13 @@ inline void ComponentsConstant(
   {
     x[i] = TransferPosition(k.Tables[i], valueHigh, valueLow);
     has[i] = 1.0f;
-    p.N[i] = { 0.0f, 0.0f, 0.0f };
+    p.N[i] = NormalOf(c.P, slope[0], slope[1], slope[2]);
     if (k.ByGradient)
     {
-      p.G[i] = SampleGradient(k.Gradients[i], 0.0f, 0.0f, 0.0f);
+      p.G[i] = SampleGradient(k.Gradients[i], slope[0], slope[1], slope[2]);
     }
   }
-  FindPoint(c, x, has, t0, p);
+  FindPoint(c, x, has, 0.5f * (t0 + t1), p);
   const float depth = p.Kappa * (Max(t1 - t0, 0.0f) * ray.World);
   const float opacity = OpacityOf(depth);
   const float inverse = p.Kappa > LeastKappa ? 1.0f / p.Kappa : 0.0f;
@@ -210,14 +211,8 @@ __attribute__((noinline)) void ComponentsNearest(
     colors &= k.Dependent ? known : v.Valid;
     if (NeedsSlopes(c) && k.Weight[i] > 0.0f)
     {
-      const BrickView& view = views[i];
-      const auto difference = [&](std::int32_t voxels, float perVoxel)
-      {
-        const auto step = static_cast<std::ptrdiff_t>(sizeof(T)) * voxels;
-        return (LoadTexel<T>(view, v.At, step) - LoadTexel<T>(view, v.At, -step)) * perVoxel;
-      };
-      SetGradient(c, i, difference(1, view.PerVoxelX), difference(view.Edge, view.PerVoxelY),
-        difference(view.Edge * view.Edge, view.PerVoxelZ), p);
+      const Vectors difference = DifferenceOf<T>(views[i], v.At);
+      SetGradient(c, i, difference.X, difference.Y, difference.Z, p);
     }
   }
   FindPoint(c, x, has, 0.5f * (v.Begin + v.End), p);

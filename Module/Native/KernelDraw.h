@@ -33,6 +33,8 @@ inline void DrawMapped(Context& c, State& state, const Ray& ray, int level, Inde
   {
     // Slots hold component after component.
     views[i] = ViewBrick(c.Scene, c.Components.Tables[i], ray, level, brick, first + i);
+    views[i].Clipped = c.Clipped;
+    views[i].ClippedTexel = ClippedTexel(c.P, c.Components.Tables[i], views[i]);
   }
   if (c.Scene.Masked)
   {
@@ -52,14 +54,14 @@ inline void DrawMapped(Context& c, State& state, const Ray& ray, int level, Inde
   }
 }
 inline void DrawConstant(
-  Context& c, State& state, const Ray& ray, const Found& found, float t0, float t1)
+  Context& c, State& state, const Ray& ray, const Found& found, Quad slope, float t0, float t1)
 {
   if (c.Scene.Blend != BlendKind::Composite)
   {
     ProjectComponentsConstant(c, state, ray, found.Low, found.High, t0, t1);
     return;
   }
-  ComponentsConstant(c, state, ray, found.Low, found.High, t0, t1);
+  ComponentsConstant(c, state, ray, found.Low, found.High, slope, t0, t1);
 }
 #else
 template <typename T>
@@ -96,10 +98,12 @@ inline void DrawMapped(Context& c, State& state, const Ray& ray, int level, Inde
   std::uint32_t slot, float t0, float t1)
 {
 #if TERAVOX_MASK
-  const BrickView view = ViewMasked(c.Scene, c.Table, ray, level, brick, slot);
+  BrickView view = ViewMasked(c.Scene, c.Table, ray, level, brick, slot);
 #else
-  const BrickView view = ViewBrick(c.Scene, c.Table, ray, level, brick, slot);
+  BrickView view = ViewBrick(c.Scene, c.Table, ray, level, brick, slot);
 #endif
+  view.Clipped = c.Clipped;
+  view.ClippedTexel = ClippedTexel(c.P, c.Table, view);
   if (c.Scene.FloatTexels)
   {
     IntegrateMapped<float>(c, state, ray, view, slot, t0, t1);
@@ -116,20 +120,20 @@ inline void DrawMapped(Context& c, State& state, const Ray& ray, int level, Inde
 
 // A brick of one value.
 inline void DrawConstant(
-  Context& c, State& state, const Ray& ray, const Found& found, float t0, float t1)
+  Context& c, State& state, const Ray& ray, const Found& found, Quad slope, float t0, float t1)
 {
   const float position = TransferPosition(c.Table, found.Low, found.High);
   if (c.Scene.Blend != BlendKind::Composite)
   {
-    ProjectConstant(c, state, ray, position, t0, t1);
+    ProjectConstant(c, state, ray, position, slope, t0, t1);
     return;
   }
-  IntegrateConstant(c, state, ray, position, t0, t1);
+  IntegrateConstant(c, state, ray, position, slope, t0, t1);
   c.Report.Evaluated += 1;
 }
 #endif
 
-inline void DrawFound(Context& c, State& state, const Ray& ray, const Found& found, int level,
+inline void DrawStretch(Context& c, State& state, const Ray& ray, const Found& found, int level,
   Index brick, float t0, float t1)
 {
   if (found.Kind == FoundKind::Mapped)
@@ -143,9 +147,29 @@ inline void DrawFound(Context& c, State& state, const Ray& ray, const Found& fou
   }
   else if (found.Kind == FoundKind::Single)
   {
-    DrawConstant(c, state, ray, found, t0, t1);
+    const Quad slope = ClippedDifference(c.P, c.Clipped, found.Low, found.High, level);
+    DrawConstant(c, state, ray, found, slope, t0, t1);
     NoteSeen(c, t1);
   }
+}
+
+inline void DrawFound(Context& c, State& state, const Ray& ray, const Found& found, int level,
+  Index brick, float t0, float t1)
+{
+  const bool found_ = found.Kind == FoundKind::Mapped || found.Kind == FoundKind::Single;
+  if (!(c.P.Clipped[3] > 0.0f) || !found_)
+  {
+    DrawStretch(c, state, ray, found, level, brick, t0, t1);
+    return;
+  }
+  for (float from = t0; from < t1 && !IsOver(c, state);)
+  {
+    const ClippedStretch stretch = NextStretch(c.P, ray, level, from, t1);
+    c.Clipped = stretch.Clipped;
+    DrawStretch(c, state, ray, found, level, brick, from, stretch.End);
+    from = stretch.End;
+  }
+  c.Clipped = 0;
 }
 
 // The whole first: it alone makes the picture. Then, if the ray's opacity has become large enough

@@ -60,7 +60,8 @@ struct Context
   ComponentTables Components;
   GradientOpacityTable Gradient;
   PlaneTable Plane;
-  int Label; // whose tables Table and Gradient are; 0: those of all (KernelMask.h)
+  unsigned Clipped; // see BrickView
+  int Label;        // whose tables Table and Gradient are; 0: those of all (KernelMask.h)
 };
 
 inline bool IsOver(const Context& c, const State& s)
@@ -538,8 +539,9 @@ TERAVOX_INLINE bool TakeTurning(Context& c, State& state, const Segments& s, con
 }
 
 // One segment of one value, without light from a side.
+// `slope`: its central difference, which is 0 where nothing is cut away (KernelClipped.h).
 inline void IntegrateConstant(
-  Context& c, State& state, const Ray& ray, float position, float t0, float t1)
+  Context& c, State& state, const Ray& ray, float position, Quad slope, float t0, float t1)
 {
   const float length = Max(t1 - t0, 0.0f) * ray.World;
   float depth = SampleTransfer(c.Table, position).S * length;
@@ -547,7 +549,8 @@ inline void IntegrateConstant(
 #if TERAVOX_GRADIENT_PLANE
   if (c.Plane.Nodes != nullptr)
   {
-    const PlaneSample<float> sample = SamplePlane(c.Plane, c.Gradient, position, 0.0f);
+    const PlaneSample<float> sample = SamplePlane(c.Plane, c.Gradient, position,
+      PlaceGradient(c.Gradient, slope[0], slope[1], slope[2]).Magnitude);
     depth = sample.S * length;
     color = sample.Value;
   }
@@ -555,12 +558,13 @@ inline void IntegrateConstant(
 #endif
   {
 #if TERAVOX_GRADIENT_OPACITY
-    depth = depth * SampleGradient(c.Gradient, 0.0f, 0.0f, 0.0f).Opacity;
+    depth = depth * SampleGradient(c.Gradient, slope[0], slope[1], slope[2]).Opacity;
 #endif
   }
   if (c.Scene.Shade)
   {
-    color = LitColor(c.P, color, Normal<float>{ 0.0f, 0.0f, 0.0f }, c.Light, t0);
+    color =
+      LitColor(c.P, color, NormalOf(c.P, slope[0], slope[1], slope[2]), c.Light, 0.5f * (t0 + t1));
   }
   const float opacity = OpacityOf(depth);
   Accumulate(

@@ -258,9 +258,9 @@ inline bool IsInRange(const Context& c, float node)
   return node >= c.P.Projection[2] && node <= c.P.Projection[3];
 }
 
-// A part of the ray with one value.
+// A part of the ray with one value; slope: see ComponentsConstant().
 inline void ProjectConstant(
-  Context& c, State& state, const Ray& ray, float node, float t0, float t1)
+  Context& c, State& state, const Ray& ray, float node, Quad slope, float t0, float t1)
 {
   c.Steps += 1;
   if (!(t1 > t0))
@@ -269,7 +269,7 @@ inline void ProjectConstant(
   }
   c.Samples += 1;
   const float length = (t1 - t0) * ray.World;
-  const auto noNormal = [] { return Normal<float>{ 0.0f, 0.0f, 0.0f }; };
+  const auto normal = [&] { return NormalOf(c.P, slope[0], slope[1], slope[2]); };
   switch (c.Scene.Blend)
   {
     case BlendKind::Maximum:
@@ -287,10 +287,10 @@ inline void ProjectConstant(
       c.Projection.Sum += SampleTransfer(c.Table, node).S * length;
       break;
     case BlendKind::Isosurface:
-      JumpTo(c, state, node, noNormal, t0);
+      JumpTo(c, state, node, normal, t0);
       break;
     default:
-      TakeSlice(c, state, node, noNormal, t0);
+      TakeSlice(c, state, node, normal, t0);
       break;
   }
 }

@@ -214,25 +214,15 @@ __attribute__((noinline)) void ProjectNearest(
     {
       const auto normal = [&]
       {
-        const auto difference = [&](std::ptrdiff_t voxels, float perVoxel)
-        {
-          const std::uint8_t* at = view.Voxels + v.At.V[l];
-          const std::ptrdiff_t step = static_cast<std::ptrdiff_t>(sizeof(T)) * voxels;
-          T ahead;
-          T behind;
-          __builtin_memcpy(&ahead, at + step, sizeof(ahead));
-          __builtin_memcpy(&behind, at - step, sizeof(behind));
-          return (static_cast<float>(ahead) - static_cast<float>(behind)) * perVoxel;
-        };
-        return NormalOf(c.P, difference(1, view.PerVoxelX), difference(view.Edge, view.PerVoxelY),
-          difference(std::ptrdiff_t{ view.Edge } * view.Edge, view.PerVoxelZ));
+        const Vectors difference = DifferenceOf<T>(view, v.At);
+        return NormalOf(c.P, difference.X[l], difference.Y[l], difference.Z[l]);
       };
       c.Scene.Blend == BlendKind::Slice ? TakeSlice(c, state, node[l], normal, v.Begin[l])
                                         : JumpTo(c, state, node[l], normal, v.Begin[l]);
     }
     else
     {
-      ProjectConstant(c, state, ray, node[l], v.Begin[l], v.End[l]);
+      ProjectConstant(c, state, ray, node[l], Quad{}, v.Begin[l], v.End[l]);
     }
   }
 }

@@ -168,7 +168,10 @@ std::vector<std::string> FindUnsupported(vtkOutOfCoreVolumeMapper* m, vtkVolumeP
   check(components == 3 && p->GetIndependentComponents() == 0,
     "IndependentComponents off with 3 components");
   check(!CanBlendComponents(p, components, MakeProjection(m, p).Kind), "BlendMode with components");
-  check(p->GetUseClippedVoxelIntensity() != 0, "UseClippedVoxelIntensity");
+  check(p->GetUseClippedVoxelIntensity() != 0 && m->GetClippingPlanes() &&
+      m->GetClippingPlanes()->GetNumberOfItems() >
+        static_cast<int>(MarchParameters::MaximumClippedPlanes),
+    "UseClippedVoxelIntensity of more than 16 planes");
   check(HasShaderReplacements(v), "ShaderProperty");
   check(m->GetBlendMode() == vtkVolumeMapper::ISOSURFACE_BLEND &&
       p->GetIsoSurfaceValues()->GetNumberOfContours() > static_cast<int>(MaximumIsoValues),
@@ -248,6 +251,10 @@ void SetMaterial(
   vtkRenderer* ren, vtkVolumeProperty* property, int component, FrameRequest& request)
 {
   request.Shade = property->GetShade() != 0;
+  if (property->GetUseClippedVoxelIntensity() != 0)
+  {
+    request.ClippedIntensity = property->GetClippedVoxelIntensity();
+  }
   request.Material = { static_cast<float>(property->GetAmbient(component)),
     static_cast<float>(property->GetDiffuse(component)),
     static_cast<float>(property->GetSpecular(component)),

@@ -129,7 +129,8 @@ public:
    * units) is taken as given.
    * The native marcher interpolates pixels between rays (composite, linear interpolation, no
    * cropping) where the picture is smooth and, up to the default, no voxel can hide between them; a
-   * larger tolerance lets rays pass by at (255 tolerance)^(1/4) voxels, two at most. VTK's
+   * larger tolerance lets rays pass by at (255 tolerance)^(1/4) voxels, two at most, and with 1,
+   * which no picture exceeds, all of them are interpolated (not with ErrorEstimate). VTK's
    * properties rule it: MaximumImageSampleDistance (at least 4, its default being 10: one ray for
    * up to 16 pixels; below the square root of 2: a ray for each) and AutoAdjustSampleDistances
    * (off: a ray for each).

@@ -13,12 +13,16 @@ struct BrickView
   ivec3 firstCell;
   float scale; // data value above the transfer function's lower end = scale * texel + offset
   float offset;
+#if TERAVOX_CLIPPED_GRADIENT
+  float clipped; // texel of what is cut away
+#endif
 #if TERAVOX_COMPONENTS
   vec2 parts[TERAVOX_COMPONENTS]; // scale and offset of each component, above its own lower end
 #endif
 };
 
 const float BORDER = 2.0;
+#include "Library/ClippedGradient.glsl"
 
 int CellsAlong()
 {
@@ -71,6 +75,9 @@ BrickView ViewBrick(Ray ray, int level, uvec3 brick, uint slot)
   view.scale = u_value.x;
 #endif
   view.offset = offset;
+#if TERAVOX_CLIPPED_GRADIENT
+  view.clipped = ClippedTexel(view.scale, view.offset, u_transfer.xy); // see PartOf()
+#endif
   return view;
 }
 
@@ -166,6 +173,18 @@ struct Gradient
   vec4 z;
 };
 
+vec4 DifferenceAlong(
+  BrickView view, int axis, Corners below, Corners above, vec3 w0, vec3 dw)
+{
+#if TERAVOX_CLIPPED_GRADIENT
+  below.near = PlaceTexels(2 * axis, below.near, view.clipped);
+  below.far = PlaceTexels(2 * axis, below.far, view.clipped);
+  above.near = PlaceTexels(2 * axis + 1, above.near, view.clipped);
+  above.far = PlaceTexels(2 * axis + 1, above.far, view.clipped);
+#endif
+  return CubicAlong(Corners(above.near - below.near, above.far - below.far), w0, dw);
+}
+
 Gradient GradientAlong(BrickView view, ivec3 at, Corners k, vec3 w0, vec3 dw)
 {
   Corners below;
@@ -181,7 +200,7 @@ Gradient GradientAlong(BrickView view, ivec3 at, Corners k, vec3 w0, vec3 dw)
   below.far = vec4(farLow.x, k.far.x, farLow.z, k.far.z);
   above.near = vec4(k.near.y, nearHigh.y, k.near.w, nearHigh.w);
   above.far = vec4(k.far.y, farHigh.y, k.far.w, farHigh.w);
-  g.x = CubicAlong(Corners(above.near - below.near, above.far - below.far), w0, dw);
+  g.x = DifferenceAlong(view, 0, below, above, w0, dw);
   nearLow = Quad(view, at + ivec3(0, -1, 0));
   farLow = Quad(view, at + ivec3(0, -1, 1));
   nearHigh = Quad(view, at + ivec3(0, 1, 0));
@@ -190,10 +209,10 @@ Gradient GradientAlong(BrickView view, ivec3 at, Corners k, vec3 w0, vec3 dw)
   below.far = vec4(farLow.xy, k.far.xy);
   above.near = vec4(k.near.zw, nearHigh.zw);
   above.far = vec4(k.far.zw, farHigh.zw);
-  g.y = CubicAlong(Corners(above.near - below.near, above.far - below.far), w0, dw);
-  g.z = CubicAlong(
-    Corners(k.far - Quad(view, at + ivec3(0, 0, -1)), Quad(view, at + ivec3(0, 0, 2)) - k.near), w0,
-    dw);
+  g.y = DifferenceAlong(view, 1, below, above, w0, dw);
+  below = Corners(Quad(view, at + ivec3(0, 0, -1)), k.near);
+  above = Corners(k.far, Quad(view, at + ivec3(0, 0, 2)));
+  g.z = DifferenceAlong(view, 2, below, above, w0, dw);
   return g;
 }
 
@@ -209,6 +228,13 @@ vec3 CentralDifference(BrickView view, ivec3 at)
     Voxel(view, at + ivec3(0, 0, 1)));
   vec3 backward = vec3(Voxel(view, at - ivec3(1, 0, 0)), Voxel(view, at - ivec3(0, 1, 0)),
     Voxel(view, at - ivec3(0, 0, 1)));
+#if TERAVOX_CLIPPED_GRADIENT
+  for (int a = 0; a < 3; ++a)
+  {
+    backward[a] = PlaceTexel(2 * a, backward[a], view.clipped);
+    forward[a] = PlaceTexel(2 * a + 1, forward[a], view.clipped);
+  }
+#endif
   precise vec3 difference = (forward - backward) * view.scale;
   return difference;
 }

@@ -56,6 +56,9 @@ layout(std140, binding = 0) uniform View
   vec4 u_plane[2];
   // Of voxels with several components. xyz: as u_gradient; w: first node.
   vec4 u_componentGradient[4];
+  // What gradients find where planes cut away. x, y: data value as a float pair; w: number of planes.
+  vec4 u_clipped;
+  vec4 u_clippedPlanes[MAXIMUM_CLIPPED_PLANES]; // xyz . p + w is kept where it isn't negative
 };
 
 layout(binding = 0) uniform sampler3D u_atlasTexture;

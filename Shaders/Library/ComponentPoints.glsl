@@ -114,8 +114,8 @@ void TakeUniform(inout State state, Point p, float length_)
   COUNT(contributing, depth > 0.0);
 }
 
-// One whose components all have one value, without light from a side.
-void IntegrateConstant(inout State state, Ray ray, vec2 value, float t0, float t1)
+// One whose components all have one value.
+void IntegrateConstant(inout State state, Ray ray, vec2 value, int level, float t0, float t1)
 {
   Values v;
   for (int c = 0; c < TERAVOX_COMPONENTS; ++c)
@@ -125,14 +125,11 @@ void IntegrateConstant(inout State state, Ray ray, vec2 value, float t0, float t
   for (int e = 0; e < EMITTERS; ++e)
   {
     v.has[e] = WeightOf(FIRST_EMITTER + e) > 0.0 ? 1.0 : 0.0;
-#if TERAVOX_SHADE
-    v.normal[e] = vec3(0.0);
-#endif
-#if TERAVOX_GRADIENT_OPACITY
-    v.difference[e] = vec3(0.0);
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY
+    SetDifference(v, e, PlainDifference(value, level));
 #endif
   }
-  TakeUniform(state, FindPoint(v, state, t0), max(t1 - t0, 0.0) * ray.world);
+  TakeUniform(state, FindPoint(v, state, mix(t0, t1, 0.5)), max(t1 - t0, 0.0) * ray.world);
   state.steps += 1u;
 }
 #endif

@@ -24,6 +24,9 @@ BrickView PartOf(BrickView view, int component)
   part.firstCell.z += component * CellsAlong();
   part.scale = view.parts[component].x;
   part.offset = view.parts[component].y;
+#if TERAVOX_CLIPPED_GRADIENT
+  part.clipped = ClippedTexel(part.scale, part.offset, u_componentTransfer[component].xy);
+#endif
   return part;
 }
 

@@ -3,7 +3,7 @@
 // What a brick, or the ancestor that stands in its place, adds to a ray between two depths; and
 // where on the way the ray's opacity becomes what is looked for.
 
-void DrawFound(
+void DrawStretch(
   inout State state, Ray ray, Found found, int level, uvec3 brick, float t0, float t1)
 {
   if (found.kind == FOUND_MAPPED)
@@ -13,14 +13,33 @@ void DrawFound(
   }
   else if (found.kind == FOUND_SINGLE)
   {
-#if TERAVOX_BLEND && TERAVOX_COMPONENTS
-    ProjectConstant(state, ray, vec2(found.low, found.high), t0, t1);
-#elif TERAVOX_BLEND
-    ProjectConstant(state, ray, TransferPosition(found.low, found.high), t0, t1);
+#if TERAVOX_BLEND
+    ProjectConstant(state, ray, vec2(found.low, found.high), level, t0, t1);
 #else
-    IntegrateConstant(state, ray, vec2(found.low, found.high), t0, t1);
+    IntegrateConstant(state, ray, vec2(found.low, found.high), level, t0, t1);
 #endif
   }
+}
+
+void DrawFound(
+  inout State state, Ray ray, Found found, int level, uvec3 brick, float t0, float t1)
+{
+#if TERAVOX_CLIPPED_GRADIENT
+  // Of up to six places for each plane.
+  float from = t0;
+  for (int i = 0; i < 6 * int(MAXIMUM_CLIPPED_PLANES) + 1; ++i)
+  {
+    if (from >= t1 || state.transmittance <= u_step.z)
+    {
+      break;
+    }
+    float end = EnterStretch(ray, level, from, t1);
+    DrawStretch(state, ray, found, level, brick, from, end);
+    from = end;
+  }
+#else
+  DrawStretch(state, ray, found, level, brick, t0, t1);
+#endif
 }
 
 // What would have come behind the end of a ray that is over is taken to be like what was met: as

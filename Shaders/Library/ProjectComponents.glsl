@@ -18,7 +18,7 @@ void TakeValue(inout State state, int component, float node, float length_)
 }
 
 // One on which all have one.
-void ProjectConstant(inout State state, Ray ray, vec2 value, float t0, float t1)
+void ProjectConstant(inout State state, Ray ray, vec2 value, int level, float t0, float t1)
 {
   state.steps += 1u;
 #if TERAVOX_DEPENDENT

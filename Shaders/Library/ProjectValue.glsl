@@ -48,12 +48,14 @@ void TakeValue(inout State state, Ray ray, float node, vec3 gradient, float t0, 
 #endif
 }
 
-void ProjectConstant(inout State state, Ray ray, float node, float t0, float t1)
+// `value`: a float pair.
+void ProjectConstant(inout State state, Ray ray, vec2 value, int level, float t0, float t1)
 {
   state.steps += 1u;
   if (t1 > t0)
   {
-    TakeValue(state, ray, node, vec3(0.0), t0, t1);
+    float node = TransferPosition(value.x, value.y);
+    TakeValue(state, ray, node, PlainDifference(value, level), t0, t1);
   }
 }
 #endif

@@ -86,23 +86,26 @@ float SubstituteError(State before, State after, float length_)
 
 #if !TERAVOX_COMPONENTS
 // One segment of one value, given as a float pair.
-void IntegrateConstant(inout State state, Ray ray, vec2 value, float t0, float t1)
+void IntegrateConstant(inout State state, Ray ray, vec2 value, int level, float t0, float t1)
 {
   float position = TransferPosition(value.x, value.y);
+#if TERAVOX_SHADE || TERAVOX_GRADIENT_OPACITY || TERAVOX_PLANE
+  vec3 difference = PlainDifference(value, level);
+#endif
   Sample s = SampleTransfer(position);
   precise float depth = s.s * (max(t1 - t0, 0.0) * ray.world);
 #if TERAVOX_PLANE
-  PlaneSample there = SamplePlane(position, 0.0);
+  PlaneSample there = SamplePlane(position, RowOf(difference * u_gradient.xyz));
   depth = there.s * (max(t1 - t0, 0.0) * ray.world);
   vec3 color = there.color;
 #else
 #if TERAVOX_GRADIENT_OPACITY
-  depth *= SampleGradient(MainGradients(), vec3(0.0)).opacity;
+  depth *= SampleGradient(MainGradients(), difference).opacity;
 #endif
   vec3 color = TransferColor(position);
 #endif
 #if TERAVOX_SHADE
-  color = LitColor(color, Shade(vec3(0.0), state.light, t0));
+  color = LitColor(color, Shade(difference, state.light, mix(t0, t1, 0.5)));
 #endif
   Accumulate(state, OpacityOf(depth), color);
   state.steps += 1u;

@@ -16,6 +16,7 @@ const uint PAGE_BLOCK_ENTRIES = 512u;
 
 const uint MAXIMUM_LEVELS = 32u;
 const uint MAXIMUM_ISO_VALUES = 256u;
+const uint MAXIMUM_CLIPPED_PLANES = 16u;
 
 // The feedback buffer: header, request table, one stamp per atlas slot, one per page block, one
 // flag per tile of the picture.

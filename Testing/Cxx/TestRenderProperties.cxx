@@ -200,13 +200,20 @@ std::vector<Property> Properties()
         s.Mapper->SetVectorComponent(1);
       },
       false, false, 2 },
-    { "UseClippedVoxelIntensity", [](Stage& s) { s.Property->UseClippedVoxelIntensityOn(); } },
-    { "ClippedVoxelIntensity",
+    // UseClippedVoxelIntensity and ClippedVoxelIntensity: TestRenderClippedGradient.cxx.
+    { "UseClippedVoxelIntensity of more than 16 planes",
       [](Stage& s)
       {
+        for (int i = 0; i < 17; ++i)
+        {
+          vtkNew<vtkPlane> plane;
+          plane->SetOrigin(i, 0, 0);
+          plane->SetNormal(1, 0, 0);
+          s.Mapper->AddClippingPlane(plane);
+        }
         s.Property->UseClippedVoxelIntensityOn();
-        s.Property->SetClippedVoxelIntensity(50);
-      } },
+      },
+      true },
     { "SliceFunction",
       [](Stage& s)
       {

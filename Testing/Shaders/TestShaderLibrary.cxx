@@ -221,6 +221,7 @@ TEST(ShaderLibrary, VariantsHoldOnlyWhatTheyNeed)
     EXPECT_EQ(Has(text, "isnan("), variant.FloatData) << name;
     EXPECT_EQ(Has(text, "b_slots[slot]"), variant.SlotTable) << name;
     EXPECT_EQ(Has(text, "MaskAt("), variant.Masked) << name;
+    EXPECT_EQ(Has(text, "EnterStretch("), variant.ClippedGradient) << name;
     EXPECT_EQ(Has(text, "g_label = value;"), variant.Labels) << name;
     EXPECT_EQ(Has(text, "u_firstHit"), variant.FirstHit) << name;
     EXPECT_EQ(Has(text, "DrawAndSearch("), variant.FirstHit) << name;

@@ -63,13 +63,13 @@ int main(int argc, char* argv[])
     {
       for (const ShaderVariant& variant : ShaderVariant::All())
       {
-        // Of the many with several components, opacity by gradient, or a mask and more, those with
-        // up to three features at a time; with a mask for components, two.
-        constexpr std::size_t features = 18;
+        // Of the many with several components, opacity by gradient, gradients at cuts, or a mask
+        // and more, those with up to three features at a time; with a mask for components, two.
+        constexpr std::size_t features = 19;
         const bool isMore = variant.Labels || variant.Blend != teravox::BlendKind::Composite;
         const std::size_t most = variant.Components > 1 && variant.Masked ? 2 : 3;
         if ((variant.Components > 1 || variant.GradientOpacity || variant.Plane ||
-              (variant.Masked && isMore)) &&
+              variant.ClippedGradient || (variant.Masked && isMore)) &&
           std::bitset<features>(variant.Key()).count() > most)
         {
           continue;

@@ -531,6 +531,10 @@ void StageTruth::Build(Stage& stage, const VolumeInfo& info, std::vector<TruthLe
     this->Image = ImageOf(stage.Property, info, 0.25 * (info.Range.Max - info.Range.Min));
     this->Scene_->Image = this->Image.get();
   }
+  if (stage.Property->GetUseClippedVoxelIntensity())
+  {
+    this->Scene_->ClippedIntensity = stage.Property->GetClippedVoxelIntensity();
+  }
   if (vtkPlaneCollection* planes = stage.Mapper->GetClippingPlanes())
   {
     for (int i = 0; i < planes->GetNumberOfItems(); ++i)

@@ -253,9 +253,16 @@ private:
         families.emplace_back(a, b, offset - step, from);
       }
     }
+    const std::vector<double> cuts = this->ClippedCuts(from, to);
+    auto cut = cuts.begin();
     while (from < to && !this->Done())
     {
       double next = to;
+      while (cut != cuts.end() && *cut <= from)
+      {
+        ++cut;
+      }
+      next = cut != cuts.end() ? std::min(next, *cut) : next;
       for (PlaneFamily& family : families)
       {
         family.Pass(from);
@@ -267,6 +274,7 @@ private:
         continue;
       }
       this->TakeLabel(0.5 * (from + next));
+      this->FindClipped(0.5 * (from + next));
       if (linear)
       {
         this->LinearPiece(from, next);
@@ -276,6 +284,47 @@ private:
         this->NearestPiece(from, next);
       }
       from = next;
+    }
+  }
+
+  /// How far a place of a central difference at t is before a plane: axis by axis the one before,
+  /// then the one behind.
+  double Before(const TruthPlane& plane, std::size_t place, double t) const
+  {
+    Double3 offset{};
+    const std::size_t axis = place / 2;
+    offset[axis] = this->GradientStep[axis] * this->Factor[axis] * (place % 2 == 0 ? -1 : 1);
+    const Matrix4 worldFromVoxel = Invert(this->Volume.VoxelFromWorld());
+    return Dot(plane.Normal,
+      this->Shading.Ray.At(t) + TransformVector(worldFromVoxel, offset) - plane.Origin);
+  }
+
+  /// Where one of them passes a plane, ascending.
+  std::vector<double> ClippedCuts(double from, double to) const
+  {
+    std::vector<double> cuts;
+    for (const TruthPlane& plane : this->Scene.Planes)
+    {
+      for (std::size_t place = 0; place < 6 && this->Scene.ClippedIntensity; ++place)
+      {
+        const double cut =
+          -this->Before(plane, place, 0) / Dot(plane.Normal, this->Shading.Ray.Direction);
+        if (cut > from && cut < to)
+        {
+          cuts.push_back(cut);
+        }
+      }
+    }
+    std::sort(cuts.begin(), cuts.end());
+    return cuts;
+  }
+
+  void FindClipped(double t)
+  {
+    for (std::size_t place = 0; place < 6 && this->Scene.ClippedIntensity; ++place)
+    {
+      this->Clipped[place] = std::any_of(this->Scene.Planes.begin(), this->Scene.Planes.end(),
+        [&](const TruthPlane& plane) { return this->Before(plane, place, t) < 0; });
     }
   }
 
@@ -353,7 +402,23 @@ private:
     {
       return { 0, 0, 0 };
     }
-    return this->Volume.CentralDifference(this->Level, this->At(t), this->GradientStep);
+    Double3 difference =
+      this->Volume.CentralDifference(this->Level, this->At(t), this->GradientStep);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+    {
+      if (this->Clipped[2 * axis] || this->Clipped[2 * axis + 1])
+      {
+        const auto found = [&](std::size_t place, double side)
+        {
+          Double3 there = this->At(t);
+          there[axis] += side * this->GradientStep[axis] * this->Factor[axis];
+          return this->Clipped[place] ? *this->Scene.ClippedIntensity
+                                      : this->Volume.Field(this->Level, there);
+        };
+        difference[axis] = found(2 * axis + 1, 1) - found(2 * axis, -1);
+      }
+    }
+    return difference;
   }
 
   void HitWall(const Double3& color)
@@ -625,7 +690,8 @@ private:
   TruthShadingRay Shading;
   Double3 GradientStep{ 1, 1, 1 };
   int Level = 0;
-  Double3 Factor{ 1, 1, 1 }; // of the level
+  Double3 Factor{ 1, 1, 1 };     // of the level
+  std::array<bool, 6> Clipped{}; // places of central differences that planes cut away
   std::array<TruthCubic, 3> Differences;
   std::vector<double> OpacityBends; // of the gradient, in the piece of the differences
   TruthLight Light;

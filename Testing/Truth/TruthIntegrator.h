@@ -60,6 +60,9 @@ struct TruthScene
   /// that matrix scales. Identity: in world units.
   Matrix4 LengthFromWorld = IdentityMatrix();
   std::vector<TruthPlane> Planes{};
+  /// What central differences find at places that a plane cuts away, whatever voxels are there: VTK
+  /// 9.1's UseClippedVoxelIntensity. None: those voxels.
+  std::optional<double> ClippedIntensity{};
   std::optional<TruthCrop> Crop{};
   const TruthGradientOpacity* GradientOpacity = nullptr; ///< null: 1 everywhere
   /// Instead of Transfer and GradientOpacity; not with labels. Null: none.

@@ -72,7 +72,7 @@ struct ViewGeometry
 {
   MarchParameters Parameters; ///< rays, anchor, levels; the rest is left as it is
   IntervalParameters Intervals;
-  std::vector<PlaneAlongRays> Planes; ///< that cut the intervals
+  std::vector<PlaneAlongRays> Planes;            ///< that cut the intervals
   std::vector<MarchParameters::Vec> VoxelPlanes; ///< the same, see PlanesOfVoxels()
   LevelDepths Levels;
   ViewOrder Order;

@@ -153,6 +153,8 @@ public:
   void WarnOnce(
     vtkOutOfCoreVolumeMapper* mapper, const std::string& key, const std::string& message);
 
+  void TellNeeds(
+    vtkOutOfCoreVolumeMapper* mapper, const std::vector<teravox::VolumeMixer::Part>& parts);
   static void BeginProp(vtkHardwareSelector* selector, teravox::FrameRequest& request);
   bool IsDrawn(vtkOutOfCoreVolumeMapper* mapper, vtkRenderer* ren, const teravox::Status& status,
     bool timedOut);

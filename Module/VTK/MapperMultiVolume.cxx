@@ -162,6 +162,7 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::RenderTogether(
   {
     selector->EndRenderProp();
   }
+  this->TellNeeds(mapper, parts);
   this->LastView = request.View;
   this->LastRenderer = ren;
   this->Shown_.erase(ren);

@@ -7,6 +7,7 @@
 #include "MapperScene.h"
 #include "PropertyFunctions.h"
 #include "RefinementBoard.h"
+#include "SharedBudgets.h"
 #include "VolumePick.h"
 #include "VolumePlace.h"
 #include "VoxelIds.h"
@@ -36,7 +37,6 @@
 #include <cmath>
 #include <iterator>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <thread>
@@ -47,6 +47,7 @@
 
 using teravox::Drawn;
 using teravox::Int3;
+using teravox::SharedBudgets;
 
 namespace
 {
@@ -72,38 +73,6 @@ double Now()
 {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
-
-// The mappers that hold memory for what they draw: budgets that nobody set are one for all of them.
-class Drawing
-{
-public:
-  void Add(const void* mapper)
-  {
-    const std::lock_guard<std::mutex> guard(this->Lock);
-    this->Mappers.insert(mapper);
-  }
-  void Remove(const void* mapper)
-  {
-    const std::lock_guard<std::mutex> guard(this->Lock);
-    this->Mappers.erase(mapper);
-  }
-  // The share of each of them, and of this one, too.
-  std::uint64_t ShareOf(const void* mapper, std::uint64_t bytes)
-  {
-    const std::lock_guard<std::mutex> guard(this->Lock);
-    return bytes / (this->Mappers.size() + (this->Mappers.count(mapper) == 0 ? 1 : 0));
-  }
-
-  static Drawing& All()
-  {
-    static Drawing all;
-    return all;
-  }
-
-private:
-  std::mutex Lock;
-  std::set<const void*> Mappers;
-};
 
 } // namespace
 
@@ -140,7 +109,7 @@ vtkOutOfCoreVolumeMapper::~vtkOutOfCoreVolumeMapper()
   {
     this->vtkOutOfCoreVolumeMapper::ReleaseGraphicsResources(this->Internals->Window);
   }
-  Drawing::All().Remove(this);
+  SharedBudgets::All().Remove(this);
 }
 
 void vtkOutOfCoreVolumeMapper::PrintSelf(ostream& os, vtkIndent indent)
@@ -315,7 +284,7 @@ void vtkOutOfCoreVolumeMapper::ReleaseGraphicsResources(vtkWindow* window)
   in.Mixer.Clear();
   in.Window->RemoveObserver(in.WindowTag);
   in.Window = nullptr;
-  Drawing::All().Remove(this);
+  SharedBudgets::All().Remove(this);
   in.LastView = nullptr;
   in.LastRenderer = nullptr;
   in.Shown_.clear();
@@ -335,8 +304,9 @@ vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetEffectiveGPUMemoryBudget()
       static_cast<double>(this->MaxMemoryInBytes) * static_cast<double>(this->MaxMemoryFraction));
   }
   constexpr vtkTypeUInt64 unknown = vtkTypeUInt64{ 1 } << 30;
-  const auto shared = [this](vtkTypeUInt64 bytes)
-  { return vtkTypeUInt64{ Drawing::All().ShareOf(this, bytes) }; };
+  const auto shared = [this](vtkTypeUInt64 bytes) {
+    return vtkTypeUInt64{ SharedBudgets::All().ShareOf(this, bytes, &SharedBudgets::Needs::GPU) };
+  };
   if (!this->Internals->Window)
   {
     return shared(unknown);
@@ -365,8 +335,9 @@ vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetEffectiveGPUMemoryBudget()
 
 vtkTypeUInt64 vtkOutOfCoreVolumeMapper::GetEffectiveHostMemoryBudget()
 {
-  return this->HostMemoryBudget != 0 ? this->HostMemoryBudget
-                                     : Drawing::All().ShareOf(this, MainMemory() / 4);
+  return this->HostMemoryBudget != 0
+    ? this->HostMemoryBudget
+    : SharedBudgets::All().ShareOf(this, MainMemory() / 4, &SharedBudgets::Needs::Host);
 }
 
 namespace
@@ -506,7 +477,7 @@ void vtkOutOfCoreVolumeMapper::vtkInternals::Adopt(
   if (!this->Window)
   {
     this->Window = window;
-    Drawing::All().Add(mapper);
+    SharedBudgets::All().Add(mapper);
     this->WindowTag = window->AddObserver(vtkCommand::DeleteEvent, this->WindowGoes);
     this->ContextTime = window->GetContextCreationTime();
   }
@@ -606,6 +577,7 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   {
     selector->EndRenderProp();
   }
+  in.TellNeeds(this, { { &in.Engine, request, drawn.Source->Info().Layout.Dimensions(0) } });
   in.LastView = request.View;
   in.LastRenderer = ren;
   in.Together.erase(ren);
@@ -616,6 +588,28 @@ void vtkOutOfCoreVolumeMapper::Render(vtkRenderer* ren, vtkVolume* vol)
   {
     in.EndDrawing(this, ren, peeling != nullptr, began);
   }
+}
+
+// What the other mappers leave to this one depends on it.
+void vtkOutOfCoreVolumeMapper::vtkInternals::TellNeeds(
+  vtkOutOfCoreVolumeMapper* mapper, const std::vector<teravox::VolumeMixer::Part>& parts)
+{
+  constexpr std::uint64_t most = std::uint64_t{ 1 } << 50;
+  SharedBudgets::Needs needs{ this->MixBytes, 0 };
+  for (const teravox::VolumeMixer::Part& part : parts)
+  {
+    needs.GPU += part.Engine->GPUBytesForAll(part.Request, most);
+    needs.Host += part.Engine->HostBytesForAll(most);
+  }
+  if (mapper->GPUMemoryBudget != 0)
+  {
+    needs.GPU = std::min<std::uint64_t>(needs.GPU, mapper->GPUMemoryBudget);
+  }
+  if (mapper->HostMemoryBudget != 0)
+  {
+    needs.Host = std::min<std::uint64_t>(needs.Host, mapper->HostMemoryBudget);
+  }
+  SharedBudgets::All().SetNeeds(mapper, needs);
 }
 
 // A picture in the colour that tells which prop it is.

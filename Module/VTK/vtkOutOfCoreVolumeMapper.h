@@ -100,7 +100,8 @@ public:
    * context; 0 (default) means 75 % of what the driver reports, a quarter of the main memory with a
    * software renderer, else 1 GiB; an explicit SetMaxMemoryInBytes() wins over that default. Host:
    * bricks, chunks and reads under way; 0 (default) means a quarter of the main memory. Defaults
-   * are for all mappers that draw together: each has an equal share.
+   * are for all mappers that draw together: what one can't use for its volume is the others', which
+   * have equal shares of it.
    */
   vtkSetMacro(GPUMemoryBudget, vtkTypeUInt64);
   vtkGetMacro(GPUMemoryBudget, vtkTypeUInt64);

@@ -504,6 +504,52 @@ TEST(MultiVolume, BudgetsByNeed)
   EXPECT_EQ(evictions(16 << 20), 0u);
 }
 
+// The same of volumes with mappers of their own whose budgets nobody has set.
+TEST(MultiVolume, OwnMappersShareByNeed)
+{
+  const auto make = [](std::int64_t edge)
+  {
+    auto stage = std::make_unique<Stage>(24, 24);
+    vtkNew<vtkProceduralVolumeSource> source;
+    source->SetFunctionName("shells");
+    source->SetDimensions(edge, edge, edge);
+    stage->Mapper->SetInputConnection(source->GetOutputPort());
+    stage->SetTransfer(MakeTransfer(OpacityShape::Fog));
+    stage->Mapper->SetGPUMemoryBudget(0);
+    stage->Mapper->SetHostMemoryBudget(0);
+    stage->Look({ 1, 0.2, 0.3 });
+    return stage;
+  };
+  const auto small = make(32);
+  small->Draw();
+  const vtkTypeUInt64 gpu = small->Mapper->GetEffectiveGPUMemoryBudget();
+  const vtkTypeUInt64 host = small->Mapper->GetEffectiveHostMemoryBudget();
+  const auto large = make(std::int64_t{ 1 } << 20);
+  large->Draw();
+  const auto most = [](vtkTypeUInt64 bytes) { return bytes - bytes / 100; };
+  EXPECT_GT(large->Mapper->GetEffectiveGPUMemoryBudget(), most(gpu));
+  EXPECT_GT(large->Mapper->GetEffectiveHostMemoryBudget(), most(host));
+  EXPECT_LE(
+    large->Mapper->GetEffectiveGPUMemoryBudget() + small->Mapper->GetEffectiveGPUMemoryBudget(),
+    gpu);
+  EXPECT_LE(
+    large->Mapper->GetEffectiveHostMemoryBudget() + small->Mapper->GetEffectiveHostMemoryBudget(),
+    host);
+  small->Draw();
+  EXPECT_TRUE(small->Mapper->IsConverged());
+  EXPECT_EQ(small->Mapper->GetNumberOfEvictions(), 0u);
+  // Two that can use anything have equal shares; what is gone leaves its share.
+  const auto other = make(std::int64_t{ 1 } << 20);
+  other->Draw();
+  EXPECT_EQ(
+    large->Mapper->GetEffectiveGPUMemoryBudget(), other->Mapper->GetEffectiveGPUMemoryBudget());
+  EXPECT_LT(other->Mapper->GetEffectiveGPUMemoryBudget(), gpu / 2);
+  // One whose user has set a budget takes no more of the others'.
+  large->Mapper->SetGPUMemoryBudget(std::uint64_t{ 64 } << 20);
+  large->Draw();
+  EXPECT_GT(other->Mapper->GetEffectiveGPUMemoryBudget(), gpu / 2);
+}
+
 // RenderToImage: nothing is shown, the colours are those of the mixed picture, and the depth is the
 // first of those that the volumes have alone.
 TEST(MultiVolume, RenderToImage)

@@ -345,6 +345,7 @@ Result<Json> MeasureOnce(const ScaleOptions& options, const std::string& name)
 Result<Json> MeasureApart(const ScaleOptions& options, const std::string& name)
 {
   std::vector<Json> rows;
+  rows.reserve(static_cast<std::size_t>(options.Repetitions));
   for (int i = 0; i < options.Repetitions; ++i)
   {
     auto row = MeasureOnce(options, name);
@@ -358,6 +359,7 @@ Result<Json> MeasureApart(const ScaleOptions& options, const std::string& name)
   for (auto& [key, value] : median.items())
   {
     std::vector<double> numbers;
+    numbers.reserve(rows.size());
     for (const Json& row : rows)
     {
       numbers.push_back(row.at(key).get<double>());
@@ -474,7 +476,7 @@ Result<Json> WriteSeen(const ScaleOptions& options, std::int64_t edge, const std
   {
     ScaleOptions drawn = options;
     drawn.Inside = view.Inside;
-    const auto row = Measure(drawn, holder);
+    auto row = Measure(drawn, holder);
     if (!row.Ok())
     {
       return row;

@@ -137,7 +137,7 @@ Status WriteSeenFile(
   const std::string& fileName, BrickSource& source, const std::set<BrickKey>& bricks)
 {
   const VolumeInfo& info = source.Info();
-  const Status failure{ StatusCode::InputOutput, fmt::format("{} can't be written.", fileName) };
+  Status failure{ StatusCode::InputOutput, fmt::format("{} can't be written.", fileName) };
   const HDF5Lock lock;
   HDF5Handle file(H5Fcreate(fileName.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
   if (!file.Valid())

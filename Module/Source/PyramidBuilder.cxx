@@ -46,7 +46,8 @@ std::vector<std::byte> Voxel(ScalarType type, int components, double value)
 } // namespace
 
 PyramidBuilder::PyramidBuilder(const VoxelReader::Description& description,
-  const PyramidWriterOptions& options, const PyramidLayout& layout, VoxelReader& reader)
+  const PyramidWriterOptions& options, const PyramidLayout& layout, VoxelReader& reader,
+  std::uint64_t cellMemory)
   : Volume(description)
   , Options(options)
   , Layout(layout)
@@ -54,6 +55,7 @@ PyramidBuilder::PyramidBuilder(const VoxelReader::Description& description,
   , Fill(Voxel(description.Type, description.Components, description.FillValue))
   , Levels(static_cast<std::size_t>(layout.NumberOfLevels()))
   , Histogram_(description.Type)
+  , CellMemory(cellMemory)
 {
   this->Total = static_cast<std::uint64_t>(this->Volume.Dimensions[0]) *
     static_cast<std::uint64_t>(this->Volume.Dimensions[1]) *
@@ -123,7 +125,8 @@ std::uint64_t PyramidBuilder::PlannedMemory(int blockLevel, int threads) const
   const double total = block * voxelBytes * factor + nodes +
     cells *
       static_cast<double>(PyramidCells::BytesPerCell(this->Volume.Type, this->Volume.Components)) +
-    static_cast<double>(this->ScratchPerThread()) * threads + static_cast<double>(FixedMemory);
+    static_cast<double>(this->ScratchPerThread()) * threads +
+    static_cast<double>(FixedMemory + this->CellMemory);
   return total < 9e18 ? static_cast<std::uint64_t>(total)
                       : std::numeric_limits<std::uint64_t>::max();
 }
@@ -195,8 +198,9 @@ Status PyramidBuilder::Run(PyramidFileWriter& file)
   this->File = &file;
   this->Team = std::make_unique<WorkerTeam>(this->Threads);
   this->Workers.resize(static_cast<std::size_t>(this->Threads));
-  this->Allocated(
-    FixedMemory + this->ScratchPerThread() * static_cast<std::uint64_t>(this->Threads));
+  this->Allocated(FixedMemory + this->CellMemory +
+    this->ScratchPerThread() * static_cast<std::uint64_t>(this->Threads));
+  file.SetCellMemory(this->CellMemory);
   const int top = this->Layout.NumberOfLevels() - 1;
   const Int3& roots = this->Layout.Bricks(top);
   Int3 index{};

@@ -34,9 +34,10 @@ namespace teravox
 class PyramidBuilder
 {
 public:
-  /// Requires: checked description and options.
+  /// `cellMemory`: what is kept of statistics, of the memory limit. Requires: checked description
+  /// and options.
   PyramidBuilder(const VoxelReader::Description& description, const PyramidWriterOptions& options,
-    const PyramidLayout& layout, VoxelReader& reader);
+    const PyramidLayout& layout, VoxelReader& reader, std::uint64_t cellMemory);
 
   /// Chooses threads and BlockLevel. Errors: ResourceExhausted.
   Status Plan(const std::string& fileName);
@@ -139,6 +140,7 @@ private:
   std::vector<std::byte> Fill; // one voxel, all components
   std::vector<LevelRecord> Levels;
   PyramidHistogram Histogram_;
+  const std::uint64_t CellMemory;
   ValueRange Range_ = ValueRange::Void();
   int BlockLevel = 0;
   int Threads = 1;

@@ -244,6 +244,10 @@ Status PyramidFileWriter::Build()
   if (status.Ok())
   {
     status = this->BuildStatistics();
+    const VoxelReader::Description& volume = this->Self.Volume;
+    this->Cells = std::make_unique<PyramidCellStore>(this->File.Get(),
+      PyramidCellStore::Description{ this->Self.Layout, volume.Type, volume.Components,
+        this->Self.Fill, this->Self.Options.CompressionLevel });
   }
   // Early, because a full disk is best found before hours of work.
   if (status.Ok() && H5Fflush(this->File.Get(), H5F_SCOPE_LOCAL) < 0)
@@ -383,7 +387,7 @@ Status PyramidFileWriter::WriteChunk(
   {
     return this->Failure(lock.TakeError());
   }
-  const Status status = this->Written();
+  Status status = this->Written();
   if (status.Ok() && this->Output.RawSize == chunk.Size)
   {
     this->Log.Add(
@@ -397,86 +401,16 @@ void PyramidFileWriter::SkipChunk(int level, const Int3& index)
   this->Log.Add({ level, index, 0, 0, 0, 0, 0 });
 }
 
-Status PyramidFileWriter::OpenCells(int level, std::int64_t edge)
-{
-  if (this->CellsLevel == level && this->CellsEdge == edge)
-  {
-    return {};
-  }
-  const std::string group = std::string(PyramidFormat::StatisticsGroup) + "/" +
-    std::to_string(level) + "/" + std::to_string(edge);
-  // Enough for one chunk: boxes that share one come one after another.
-  const std::size_t chunkBytes =
-    static_cast<std::size_t>(PyramidFormat::CellsPerChunk * PyramidFormat::CellsPerChunk *
-      PyramidFormat::CellsPerChunk * 2 * this->Self.Volume.Components) *
-    sizeof(double);
-  const HDF5Handle access(H5Pcreate(H5P_DATASET_ACCESS));
-  H5Pset_chunk_cache(access.Get(), 11, chunkBytes, 1.0);
-  this->CellsLevel = -1;
-  bool ok = this->Ranges.Reset();
-  ok = this->Gradients.Reset() && ok;
-  this->Ranges = HDF5Handle(H5Dopen2(this->File.Get(), (group + "/Range").c_str(), access.Get()));
-  this->Gradients =
-    HDF5Handle(H5Dopen2(this->File.Get(), (group + "/Gradient").c_str(), access.Get()));
-  if (!ok || !this->Ranges.Valid() || !this->Gradients.Valid())
-  {
-    return { StatusCode::InputOutput, "the statistics can't be written" };
-  }
-  this->CellsLevel = level;
-  this->CellsEdge = edge;
-  return {};
-}
-
-Status PyramidFileWriter::TransferCells(
-  int level, std::int64_t edge, PyramidCells& cells, bool write)
-{
-  const HDF5Lock lock;
-  const Status status = this->OpenCells(level, edge);
-  if (!status.Ok())
-  {
-    return this->Failure(status.Message() + ": " + lock.TakeError());
-  }
-  for (const bool range : { true, false })
-  {
-    const hid_t dataset = range ? this->Ranges.Get() : this->Gradients.Get();
-    const int components = (range ? 2 : 1) * cells.Components;
-    const int rank = components > 1 ? 4 : 3;
-    std::array<hsize_t, 4> start{};
-    std::array<hsize_t, 4> count{};
-    for (std::size_t a = 0; a < 3; ++a)
-    {
-      start.at(2 - a) = static_cast<hsize_t>(cells.Start.at(a));
-      count.at(2 - a) = static_cast<hsize_t>(cells.Size.at(a));
-    }
-    count[3] = static_cast<hsize_t>(components);
-    const hid_t type = HDF5MemoryType(range ? cells.Type : ScalarType::Float32);
-    void* data = range ? static_cast<void*>(cells.Ranges.data()) : cells.Gradients.data();
-    const HDF5Handle file(H5Dget_space(dataset));
-    const HDF5Handle memory(H5Screate_simple(rank, count.data(), nullptr));
-    herr_t result =
-      H5Sselect_hyperslab(file.Get(), H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr);
-    if (result >= 0)
-    {
-      result = write ? H5Dwrite(dataset, type, memory.Get(), file.Get(), H5P_DEFAULT, data)
-                     : H5Dread(dataset, type, memory.Get(), file.Get(), H5P_DEFAULT, data);
-    }
-    if (result < 0)
-    {
-      return this->Failure(lock.TakeError());
-    }
-  }
-  return this->Written();
-}
-
 Status PyramidFileWriter::WriteCells(int level, std::int64_t edge, const PyramidCells& cells)
 {
-  // H5Dwrite doesn't change what it is given.
-  return this->TransferCells(level, edge, const_cast<PyramidCells&>(cells), true);
+  const Status status = this->Cells->Write(level, edge, cells);
+  return status.Ok() ? this->Written() : this->Failure(status.Message());
 }
 
 Status PyramidFileWriter::ReadCells(int level, std::int64_t edge, PyramidCells& cells)
 {
-  return this->TransferCells(level, edge, cells, false);
+  const Status status = this->Cells->Read(level, edge, cells);
+  return status.Ok() ? this->Written() : this->Failure(status.Message());
 }
 
 Status PyramidFileWriter::WriteAttributes(
@@ -535,8 +469,8 @@ Status PyramidFileWriter::WriteAttributes(
 Status PyramidFileWriter::Close()
 {
   const HDF5Lock lock;
-  bool ok = this->Ranges.Reset();
-  ok = this->Gradients.Reset() && ok;
+  this->Cells.reset();
+  bool ok = true;
   for (HDF5Handle& level : this->Levels)
   {
     ok = level.Reset() && ok;
@@ -584,10 +518,14 @@ Result<std::uint64_t> PyramidFileWriter::Finish(
   Status status = this->WriteAttributes(range, histogram);
   if (status.Ok())
   {
+    Status flushed = this->Cells->Flush();
+    status = flushed.Ok() ? flushed : this->Failure(flushed.Message());
+  }
+  if (status.Ok())
+  {
     {
       const HDF5Lock lock;
-      if (!this->Ranges.Reset() || !this->Gradients.Reset() ||
-        H5Fflush(this->File.Get(), H5F_SCOPE_LOCAL) < 0)
+      if (H5Fflush(this->File.Get(), H5F_SCOPE_LOCAL) < 0)
       {
         return this->Failure(lock.TakeError());
       }

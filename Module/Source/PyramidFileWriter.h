@@ -7,6 +7,7 @@
 #include "ConversionLog.h"
 #include "HDF5Handle.h"
 #include "HDF5OutputDriver.h"
+#include "PyramidCellStore.h"
 #include "PyramidCells.h"
 #include "PyramidLayout.h"
 #include "PyramidWriter.h"
@@ -54,6 +55,8 @@ public:
   const SavedChunks* Saved() const { return this->Saved_.get(); }
   /// Statistics of cells of `edge` voxels.
   Status WriteCells(int level, std::int64_t edge, const PyramidCells& cells);
+  /// Bytes of statistics that are kept from one call to the next.
+  void SetCellMemory(std::uint64_t bytes) { this->Cells->SetMemoryBudget(bytes); }
   /// Fills in cells.Ranges and Gradients of its box, which lies inside the level.
   Status ReadCells(int level, std::int64_t edge, PyramidCells& cells);
 
@@ -77,8 +80,6 @@ private:
   Status MakeDataset(hid_t group, const std::string& name, const Int3& dimensions,
     const Int3& chunk, int components, ScalarType type, const std::byte* fill,
     PyramidCompression compression, HDF5Handle& dataset);
-  Status OpenCells(int level, std::int64_t edge);
-  Status TransferCells(int level, std::int64_t edge, PyramidCells& cells, bool write);
   Status Reserve();
   Status WriteAttributes(const ValueRange& range, const std::vector<std::uint64_t>& histogram);
   Status Close();
@@ -98,11 +99,7 @@ private:
   HDF5OutputState Output; // before File: outlives it
   HDF5Handle File;
   std::vector<HDF5Handle> Levels;
-  // The pair of datasets that was used last.
-  int CellsLevel = -1;
-  std::int64_t CellsEdge = 0;
-  HDF5Handle Ranges;
-  HDF5Handle Gradients;
+  std::unique_ptr<PyramidCellStore> Cells; // statistics
 };
 
 } // namespace teravox

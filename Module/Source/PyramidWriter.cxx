@@ -20,6 +20,11 @@ namespace teravox
 
 namespace
 {
+// Of statistics that are kept while a file is written.
+constexpr std::uint64_t LeastForCells = std::uint64_t{ 2 } << 20;
+constexpr std::uint64_t MostForCells = std::uint64_t{ 32 } << 20;
+constexpr std::uint64_t AmpleMemory = std::uint64_t{ 512 } << 20;
+
 // HDF5's own limit of a chunk, and LZ4's of a block.
 constexpr std::int64_t LargestChunk = std::int64_t{ 1 } << 30;
 
@@ -109,7 +114,9 @@ Result<PyramidWriterReport> WriteChecked(const std::string& fileName, VoxelReade
     saved = std::move(loaded.Value());
     left.MemoryLimit -= std::min(left.MemoryLimit, saved ? saved->MemoryUsed() : 0);
   }
-  PyramidBuilder builder(volume, left, layout.Value(), reader);
+  // Not of what is left: it decides where statistics lie in the file, which is the same after all.
+  const std::uint64_t cellMemory = options.MemoryLimit < AmpleMemory ? LeastForCells : MostForCells;
+  PyramidBuilder builder(volume, left, layout.Value(), reader, cellMemory);
   Status status = builder.Plan(fileName);
   if (!status.Ok())
   {

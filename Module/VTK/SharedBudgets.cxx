@@ -39,6 +39,7 @@ std::uint64_t SharedBudgets::ShareOf(
   std::map<const void*, Needs> all = this->Mappers;
   const auto own = all.emplace(mapper, Needs()).first;
   std::vector<std::uint64_t> needs;
+  needs.reserve(all.size());
   for (const auto& other : all)
   {
     needs.push_back(std::min(other.second.*kind, total));

@@ -90,16 +90,15 @@ TEST_P(Sparse, LittleIsDoneForNothing)
   const auto scenes = program::FindBenchScenes({ GetParam().Name });
   ASSERT_TRUE(scenes.Ok()) << scenes.GetStatus().Message();
   const program::BenchScene& scene = scenes.Value().front();
-  const bool full = std::getenv("FULL") != nullptr; const int edge = full ? std::atoi(std::getenv("FULL")) : BrickEdge;
-  const auto made = program::MakeBenchVolume(scene.Field, full && GetParam().Size ? 256 : GetParam().Size);
+  const auto made = program::MakeBenchVolume(scene.Field, GetParam().Size);
   if (!made.Ok())
   {
     GTEST_SKIP() << made.GetStatus().Message();
   }
-  const program::BenchVolume volume = scene.Size == 0 && !full ? Halved(made.Value()) : made.Value();
-  const auto source = SourceOfImage(program::ToImage(volume, false), edge, false);
+  const program::BenchVolume volume = scene.Size == 0 ? Halved(made.Value()) : made.Value();
+  const auto source = SourceOfImage(program::ToImage(volume, false), BrickEdge, false);
   const auto recorded = std::make_shared<RecordingSource>(source);
-  Stage stage(full ? 512 : 96, full ? 512 : 96);
+  Stage stage(96, 96);
   stage.SetSource(recorded);
   program::SetUp(scene, volume, stage.Property);
   ASSERT_TRUE(program::SetUp(scene, volume, 1, stage.Renderer->GetActiveCamera()).Ok());

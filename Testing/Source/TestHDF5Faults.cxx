@@ -284,16 +284,19 @@ TEST(HDF5Faults, TruncatedWhileOpen)
     const std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
     for (int part = 0; part < 8; ++part)
     {
-      const auto source = Open(file);
-      ASSERT_TRUE(source.Ok());
-      std::filesystem::resize_file(file, size * static_cast<unsigned>(part) / 8);
-      const Content cut = ReadAll(*source.Value());
-      EXPECT_FALSE(cut.Errors.empty());
-      ASSERT_NO_FATAL_FAILURE(ExpectPartOf(cut, whole, file)) << part << "/8";
-      std::ofstream(file, std::ios::binary) << bytes; // the same inode
-      const Content mended = ReadAll(*source.Value());
-      // What the library has taken in of its own structures meanwhile may stay damaged.
-      ASSERT_NO_FATAL_FAILURE(ExpectPartOf(mended, whole, file)) << part << "/8";
+      {
+        const auto source = Open(file);
+        ASSERT_TRUE(source.Ok());
+        std::filesystem::resize_file(file, size * static_cast<unsigned>(part) / 8);
+        const Content cut = ReadAll(*source.Value());
+        EXPECT_FALSE(cut.Errors.empty());
+        ASSERT_NO_FATAL_FAILURE(ExpectPartOf(cut, whole, file)) << part << "/8";
+        std::ofstream(file, std::ios::binary) << bytes; // the same inode
+        const Content mended = ReadAll(*source.Value());
+        // What the library has taken in of its own structures meanwhile may stay damaged, and is
+        // shared by all that have the file open.
+        ASSERT_NO_FATAL_FAILURE(ExpectPartOf(mended, whole, file)) << part << "/8";
+      }
       EXPECT_TRUE(IsWhole(ReadAll(*Open(file).Value()), whole));
     }
   }

@@ -34,14 +34,6 @@ namespace
 constexpr int BrickEdge = 16;
 constexpr int Size = 32;
 
-void Clip(Stage& stage, const Double3& origin, const Double3& normal)
-{
-  vtkNew<vtkPlane> plane;
-  plane->SetOrigin(origin[0], origin[1], origin[2]);
-  plane->SetNormal(normal[0], normal[1], normal[2]);
-  stage.Mapper->AddClippingPlane(plane);
-}
-
 void FindBehindPlanes(Stage& stage, double value)
 {
   stage.Property->UseClippedVoxelIntensityOn();

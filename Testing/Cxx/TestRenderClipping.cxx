@@ -32,14 +32,6 @@ namespace
 
 constexpr int BrickEdge = 16;
 
-void Clip(Stage& stage, const Double3& origin, const Double3& normal)
-{
-  vtkNew<vtkPlane> plane;
-  plane->SetOrigin(origin[0], origin[1], origin[2]);
-  plane->SetNormal(normal[0], normal[1], normal[2]);
-  stage.Mapper->AddClippingPlane(plane);
-}
-
 void Crop(Stage& stage, int flags)
 {
   stage.Mapper->SetCropping(1);

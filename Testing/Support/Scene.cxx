@@ -316,6 +316,14 @@ void Stage::LookFrom(const std::array<double, 3>& eye, const std::array<double, 
   camera->SetClippingRange(near, far);
 }
 
+void Clip(Stage& stage, const Double3& origin, const Double3& normal)
+{
+  vtkNew<vtkPlane> plane;
+  plane->SetOrigin(origin[0], origin[1], origin[2]);
+  plane->SetNormal(normal[0], normal[1], normal[2]);
+  stage.Mapper->AddClippingPlane(plane);
+}
+
 std::vector<float> Stage::Draw()
 {
   this->Window->Render();

@@ -113,6 +113,9 @@ private:
   int Height_;
 };
 
+/// Adds a clipping plane: what lies before it, where its normal points, is kept.
+void Clip(Stage& stage, const Double3& origin, const Double3& normal);
+
 /// What is read of a volume for its truth.
 enum class VoxelAccess
 {

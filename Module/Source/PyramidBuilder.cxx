@@ -19,6 +19,7 @@ namespace teravox
 namespace
 {
 constexpr std::int64_t CellEdge = PyramidFormat::CellEdge;
+constexpr int ChunksPerMember = 16;
 // HDF5's metadata cache and the writer's lists.
 constexpr std::uint64_t FixedMemory = std::uint64_t{ 8 } << 20;
 
@@ -541,9 +542,11 @@ Status PyramidBuilder::StoreChunks(int level, const Block& block, std::uint64_t 
   const Int3 size = PyramidFileWriter::ChunkSize(this->Layout, level);
   const ChunkBox chunks(block.Start, block.Size, size);
   const std::int64_t n = chunks.Number();
-  // Progress is reported, and cancelling noticed, between groups of chunks.
-  const std::int64_t group =
-    progressBytes > 0 ? std::max<std::int64_t>(8, std::int64_t{ 4 } * this->Threads) : n;
+  // Progress is reported, and cancelling noticed, between groups of chunks, at whose ends threads
+  // wait for one another.
+  const std::int64_t group = progressBytes > 0
+    ? std::max<std::int64_t>(8, std::int64_t{ ChunksPerMember } * this->Threads)
+    : n;
   std::uint64_t reported = 0;
   for (std::int64_t begin = 0; begin < n; begin += group)
   {

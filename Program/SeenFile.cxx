@@ -6,10 +6,10 @@
 #include "HDF5Lock.h"
 #include "HDF5Types.h"
 #include "Interrupt.h"
+#include "VoxelBoxes.h"
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <fmt/format.h>
 #include <vector>
 
@@ -73,16 +73,11 @@ bool WriteChunk(hid_t dataset, const VolumeInfo& info, const BrickKey& key, cons
     count.at(a) = std::min(edge, shape.Size.at(a) - start.at(a));
   }
   std::vector<std::byte> voxels(count[0] * count[1] * count[2] * bytes);
-  const auto stored = static_cast<std::size_t>(brick.StoredSize);
-  std::byte* to = voxels.data();
-  for (std::size_t z = 0; z < count[0]; ++z)
-  {
-    for (std::size_t y = 0; y < count[1]; ++y, to += count[2] * bytes)
-    {
-      const std::size_t row = (z + BrickBorder) * stored + (y + BrickBorder);
-      std::memcpy(to, brick.Voxels.data() + (row * stored + BrickBorder) * bytes, count[2] * bytes);
-    }
-  }
+  const auto size = [&](std::size_t a) { return static_cast<std::int64_t>(count.at(2 - a)); };
+  const Int3 inside{ size(0), size(1), size(2) };
+  const Int3 stored{ brick.StoredSize, brick.StoredSize, brick.StoredSize };
+  CopyBox(brick.Voxels.data(), stored, { BrickBorder, BrickBorder, BrickBorder }, voxels.data(),
+    inside, { 0, 0, 0 }, inside, bytes);
   const HDF5Handle memory(H5Screate_simple(3, count.data(), nullptr));
   const HDF5Handle file(H5Dget_space(dataset));
   return H5Sselect_hyperslab(
@@ -124,7 +119,7 @@ Result<BrickPointer> SeenBricks::ReadBrick(const BrickKey& key)
     const std::lock_guard<std::mutex> lock(this->Mutex);
     this->Seen.insert(key);
   }
-  return this->Inner->ReadBrick(key);
+  return this->Source->ReadBrick(key);
 }
 
 std::set<BrickKey> SeenBricks::Keys() const

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "BrickSource.h"
+#include "BrickSourceAdapter.h"
 #include "Status.h"
 
 #include <memory>
@@ -14,25 +14,23 @@ namespace teravox::program
 {
 
 /// Passes reads to another source and notes which bricks they are. Thread: as BrickSource.
-class SeenBricks : public BrickSource
+class SeenBricks : public BrickSourceAdapter
 {
 public:
   explicit SeenBricks(std::shared_ptr<BrickSource> inner)
-    : Inner(std::move(inner))
+    : BrickSourceAdapter(std::move(inner))
   {
   }
 
-  const VolumeInfo& Info() const override { return this->Inner->Info(); }
   Result<BrickPointer> ReadBrick(const BrickKey& key) override;
   Result<std::vector<ValueRange>> ReadRanges(const BrickKey& first, const Int3& count) override
   {
-    return this->Inner->ReadRanges(first, count);
+    return this->Source->ReadRanges(first, count);
   }
 
   std::set<BrickKey> Keys() const;
 
 private:
-  const std::shared_ptr<BrickSource> Inner;
   mutable std::mutex Mutex;
   std::set<BrickKey> Seen;
 };

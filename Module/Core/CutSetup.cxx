@@ -92,7 +92,7 @@ void SetClipped(MarchParameters& parameters, double intensity, const ValueRange&
 {
   constexpr double far = 1e6; // times the largest value
   constexpr double farthest = 1e15;
-  const bool known = range.IsKnown() && !range.IsVoid();
+  const bool known = range.IsKnown();
   const double largest = std::max({ std::abs(range.Min), std::abs(range.Max), 1e-30 });
   const double reach = known ? far * largest : farthest;
   const double value =

@@ -57,11 +57,26 @@ inline float ClippedTexel(const MarchParameters& p, const Transfer& transfer, co
   return view.Scale != 0.0f ? above / view.Scale : 0.0f;
 }
 
+// Tells a brick what is cut away of the stretch at hand.
+inline void SetClipped(
+  const MarchParameters& p, unsigned clipped, const Transfer& transfer, BrickView& view)
+{
+  if (clipped != 0)
+  {
+    view.Clipped = clipped;
+    view.ClippedTexel = ClippedTexel(p, transfer, view);
+  }
+}
+
 // The difference where all voxels have one value, a float pair: per axis, in data per voxel of
 // level 0.
 inline Quad ClippedDifference(
   const MarchParameters& p, unsigned clipped, float valueHigh, float valueLow, int level)
 {
+  if (clipped == 0)
+  {
+    return Quad{};
+  }
   const float step = (p.Clipped[0] - valueHigh) + (p.Clipped[1] - valueLow);
   Quad difference = {};
   for (int a = 0; a < 3; ++a)

@@ -33,8 +33,7 @@ inline void DrawMapped(Context& c, State& state, const Ray& ray, int level, Inde
   {
     // Slots hold component after component.
     views[i] = ViewBrick(c.Scene, c.Components.Tables[i], ray, level, brick, first + i);
-    views[i].Clipped = c.Clipped;
-    views[i].ClippedTexel = ClippedTexel(c.P, c.Components.Tables[i], views[i]);
+    SetClipped(c.P, c.Clipped, c.Components.Tables[i], views[i]);
   }
   if (c.Scene.Masked)
   {
@@ -102,8 +101,7 @@ inline void DrawMapped(Context& c, State& state, const Ray& ray, int level, Inde
 #else
   BrickView view = ViewBrick(c.Scene, c.Table, ray, level, brick, slot);
 #endif
-  view.Clipped = c.Clipped;
-  view.ClippedTexel = ClippedTexel(c.P, c.Table, view);
+  SetClipped(c.P, c.Clipped, c.Table, view);
   if (c.Scene.FloatTexels)
   {
     IntegrateMapped<float>(c, state, ray, view, slot, t0, t1);
@@ -156,8 +154,8 @@ inline void DrawStretch(Context& c, State& state, const Ray& ray, const Found& f
 inline void DrawFound(Context& c, State& state, const Ray& ray, const Found& found, int level,
   Index brick, float t0, float t1)
 {
-  const bool found_ = found.Kind == FoundKind::Mapped || found.Kind == FoundKind::Single;
-  if (!(c.P.Clipped[3] > 0.0f) || !found_)
+  const bool draws = found.Kind == FoundKind::Mapped || found.Kind == FoundKind::Single;
+  if (!(c.P.Clipped[3] > 0.0f) || !draws)
   {
     DrawStretch(c, state, ray, found, level, brick, t0, t1);
     return;

@@ -19,7 +19,7 @@ namespace teravox
 namespace
 {
 constexpr std::int64_t CellEdge = PyramidFormat::CellEdge;
-constexpr int ChunksPerMember = 16;
+constexpr int ChunksPerMember = 8;
 // HDF5's metadata cache and the writer's lists.
 constexpr std::uint64_t FixedMemory = std::uint64_t{ 8 } << 20;
 

@@ -6,9 +6,9 @@
 #include "HDF5Lock.h"
 #include "HDF5Types.h"
 #include "PyramidFormat.h"
+#include "VoxelBoxes.h"
 
 #include <algorithm>
-#include <cstring>
 #include <string>
 #include <utility>
 
@@ -36,12 +36,12 @@ PyramidCellStore::PyramidCellStore(hid_t file, Description description)
 {
 }
 
-Int3 PyramidCellStore::CellsOf(int level, std::int64_t edge) const
+Int3 PyramidCellStore::CellsOf(const PyramidLayout& layout, int level, std::int64_t edge)
 {
   Int3 cells{};
   for (std::size_t a = 0; a < 3; ++a)
   {
-    cells[a] = CeilDiv(this->Self.Layout.Dimensions(level)[a], edge);
+    cells[a] = CeilDiv(layout.Dimensions(level)[a], edge);
   }
   return cells;
 }
@@ -92,19 +92,15 @@ Status PyramidCellStore::Open(int level, std::int64_t edge)
 Status PyramidCellStore::Load(const Key& key, Chunk& chunk)
 {
   const auto [level, edge, z, y, x] = key;
-  const Int3 cells = this->CellsOf(level, edge);
+  const Int3 cells = CellsOf(this->Self.Layout, level, edge);
   const Int3 size = ChunkOf(cells);
   const Int3 start{ x * size[0], y * size[1], z * size[2] };
   for (std::size_t d = 0; d < 2; ++d)
   {
-    std::vector<std::byte>& voxels = chunk.Voxels.at(d);
-    voxels.assign(CountOf(size) * this->BytesPerCell(d), std::byte{ 0 });
-    const std::size_t fill = this->Self.Fill.size();
-    for (std::size_t at = 0; d == 0 && at < voxels.size(); at += fill)
-    {
-      std::memcpy(voxels.data() + at, this->Self.Fill.data(), fill);
-    }
+    chunk.Voxels.at(d).assign(CountOf(size) * this->BytesPerCell(d), std::byte{ 0 });
   }
+  std::vector<std::byte>& ranges = chunk.Voxels[0];
+  FillWith(this->Self.Fill, ranges.data(), ranges.size() / this->Self.Fill.size());
   if (this->Stored.count(key) == 0)
   {
     return {};
@@ -146,7 +142,7 @@ Status PyramidCellStore::Load(const Key& key, Chunk& chunk)
 Status PyramidCellStore::Store(const Key& key, const Chunk& chunk)
 {
   const auto [level, edge, z, y, x] = key;
-  const Int3 size = ChunkOf(this->CellsOf(level, edge));
+  const Int3 size = ChunkOf(CellsOf(this->Self.Layout, level, edge));
   const std::array<hsize_t, 4> offset{ static_cast<hsize_t>(z * size[2]),
     static_cast<hsize_t>(y * size[1]), static_cast<hsize_t>(x * size[0]), 0 };
   for (std::size_t d = 0; d < 2; ++d)
@@ -180,7 +176,7 @@ Result<PyramidCellStore::Chunk*> PyramidCellStore::Find(const Key& key)
     this->Recent.splice(this->Recent.begin(), this->Recent, found->second.Recent);
     return &found->second;
   }
-  const Int3 size = ChunkOf(this->CellsOf(std::get<0>(key), std::get<1>(key)));
+  const Int3 size = ChunkOf(CellsOf(this->Self.Layout, std::get<0>(key), std::get<1>(key)));
   const std::uint64_t bytes = CountOf(size) * (this->BytesPerCell(0) + this->BytesPerCell(1));
   while (!this->Recent.empty() && this->Kept + bytes > this->Budget)
   {
@@ -211,7 +207,7 @@ Result<PyramidCellStore::Chunk*> PyramidCellStore::Find(const Key& key)
 
 Status PyramidCellStore::Transfer(int level, std::int64_t edge, PyramidCells& cells, bool write)
 {
-  const Int3 size = ChunkOf(this->CellsOf(level, edge));
+  const Int3 size = ChunkOf(CellsOf(this->Self.Layout, level, edge));
   Int3 first{};
   Int3 end{};
   for (std::size_t a = 0; a < 3; ++a)
@@ -233,33 +229,23 @@ Status PyramidCellStore::Transfer(int level, std::int64_t edge, PyramidCells& ce
         Chunk& chunk = *found.Value();
         chunk.Changed = chunk.Changed || write;
         const Int3 start{ x * size[0], y * size[1], z * size[2] };
-        Int3 low{};
-        Int3 high{};
+        Int3 inCells{};
+        Int3 inChunk{};
+        Int3 count{};
         for (std::size_t a = 0; a < 3; ++a)
         {
-          low[a] = std::max(cells.Start[a], start[a]);
-          high[a] = std::min(cells.Start[a] + cells.Size[a], start[a] + size[a]);
+          const std::int64_t low = std::max(cells.Start[a], start[a]);
+          inCells[a] = low - cells.Start[a];
+          inChunk[a] = low - start[a];
+          count[a] = std::min(cells.Start[a] + cells.Size[a], start[a] + size[a]) - low;
         }
         for (std::size_t d = 0; d < 2; ++d)
         {
           const std::size_t bytes = this->BytesPerCell(d);
-          const std::size_t row = static_cast<std::size_t>(high[0] - low[0]) * bytes;
-          for (std::int64_t cz = low[2]; cz < high[2]; ++cz)
-          {
-            for (std::int64_t cy = low[1]; cy < high[1]; ++cy)
-            {
-              std::byte* const here = chunk.Voxels.at(d).data() +
-                bytes *
-                  static_cast<std::size_t>(
-                    ((cz - start[2]) * size[1] + cy - start[1]) * size[0] + low[0] - start[0]);
-              std::byte* const there = DataOf(cells, d) +
-                bytes *
-                  static_cast<std::size_t>(
-                    ((cz - cells.Start[2]) * cells.Size[1] + cy - cells.Start[1]) * cells.Size[0] +
-                    low[0] - cells.Start[0]);
-              std::memcpy(write ? here : there, write ? there : here, row);
-            }
-          }
+          std::byte* const here = chunk.Voxels.at(d).data();
+          std::byte* const there = DataOf(cells, d);
+          write ? CopyBox(there, cells.Size, inCells, here, size, inChunk, count, bytes)
+                : CopyBox(here, size, inChunk, there, cells.Size, inCells, count, bytes);
         }
       }
     }

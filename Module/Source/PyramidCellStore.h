@@ -36,6 +36,10 @@ public:
     int CompressionLevel = 1;
   };
 
+  /// Cells of `edge` voxels along each axis: of a level, and of a chunk.
+  static Int3 CellsOf(const PyramidLayout& layout, int level, std::int64_t edge);
+  static Int3 ChunkOf(const Int3& cells);
+
   /// `file` has the datasets of PyramidFormat, with their filters, and must outlive this.
   PyramidCellStore(hid_t file, Description description);
 
@@ -59,9 +63,6 @@ private:
     std::list<Key>::iterator Recent;
   };
 
-  /// Cells along each axis: of the level, and of a chunk.
-  Int3 CellsOf(int level, std::int64_t edge) const;
-  static Int3 ChunkOf(const Int3& cells);
   std::size_t BytesPerCell(std::size_t dataset) const;
   Status Open(int level, std::int64_t edge);
   Result<Chunk*> Find(const Key& key);

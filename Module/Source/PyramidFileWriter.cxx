@@ -298,13 +298,8 @@ Status PyramidFileWriter::BuildStatistics()
       H5Gcreate2(this->File.Get(), level.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
     for (std::int64_t edge = PyramidFormat::CellEdge;; edge *= PyramidFormat::CellEdge)
     {
-      Int3 cells{};
-      Int3 chunk{};
-      for (std::size_t a = 0; a < 3; ++a)
-      {
-        cells[a] = CeilDiv(dimensions[a], edge);
-        chunk[a] = std::min(cells[a], PyramidFormat::CellsPerChunk);
-      }
+      const Int3 cells = PyramidCellStore::CellsOf(this->Self.Layout, l, edge);
+      const Int3 chunk = PyramidCellStore::ChunkOf(cells);
       const HDF5Handle group(H5Gcreate2(
         levelGroup.Get(), std::to_string(edge).c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
       HDF5Handle ranges;
